@@ -65,6 +65,7 @@ impl Job {
         let mut path = PathSettings::default();
         path.max_depth = defaults.max_depth.unwrap_or(path.max_depth);
         path.caustics = defaults.caustics.unwrap_or(path.caustics);
+        path.guiding = defaults.guiding.unwrap_or(path.guiding);
         let named = defaults.integrator.as_deref().and_then(Integrator::from_name);
         let integrator = match named {
             None | Some(Integrator::Path(_)) => Integrator::Path(path),

@@ -56,9 +56,10 @@ pub use backend::{
     UnknownFrameView, UnknownSpatialFilter,
 };
 pub use backend::{
-    AmbientOcclusion, Backend, BackendError, Caustics, Control, DirectSettings, Highlights, HybridSettings,
+    AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
     INVERSE_SQUARE, Integrator, LoadStats, Mis, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
-    Stats as PassStats, View, ViewBatch, ViewLayer, ViewPictures, ViewShutter, ViewValues, Visibility,
+    Stats as PassStats, Switch, View, ViewBatch, ViewLayer, ViewPictures, ViewShutter, ViewValues,
+    Visibility,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};

@@ -1,4 +1,4 @@
-//! Caustics by photons: their energy in closed form, the same light as `path` finds by chance, the same bits however the
+//! Switch by photons: their energy in closed form, the same light as `path` finds by chance, the same bits however the
 //! work is divided, and that nothing changes where they are off.
 //!
 //! Samples that share a pass of photons are no independent ones, so noise is that between pictures of several seeds.
@@ -8,8 +8,8 @@
 mod common;
 
 use alhazen::{
-    Caustics, Control, Description, Environment, Film, Integrator, Job, Light, LightKind, Limits, Merger,
-    PartJob, PathSettings, Renderer, Scene, Tile,
+    Control, Description, Environment, Film, Integrator, Job, Light, LightKind, Limits, Merger, PartJob,
+    PathSettings, Renderer, Scene, Switch, Tile,
 };
 use common::{from_above, job, render, render_with};
 use glam::{Affine3A, Vec3};
@@ -21,7 +21,7 @@ use testkit::{Comparison, Estimate, WHOLE_IMAGE};
 const ALBEDO: f32 = 0.5;
 
 /// A picture with caustics as said.
-fn with(caustics: Caustics, job: Job) -> Job {
+fn with(caustics: Switch, job: Job) -> Job {
     let Integrator::Path(path) = job.integrator else { unreachable!("`job` follows paths") };
     Job { integrator: Integrator::Path(PathSettings { caustics, ..path }), ..job }
 }
@@ -71,7 +71,7 @@ fn a_mirror_doubles_a_lamp() {
     // I cos θ / d² from the lamp and from its image at x = 2.2.
     let from = |x: f64| 3.0 / (x * x + 1.0).powf(1.5);
     let expected = f64::from(ALBEDO) / PI * (from(0.2) + from(2.2));
-    let on = seeds(&scene, &with(Caustics::On, job(&scene, 4, 4, 4)), 64, 4);
+    let on = seeds(&scene, &with(Switch::On, job(&scene, 4, 4, 4)), 64, 4);
     assert_close("mirror", &on, expected, 0.01);
     let without = seeds(&scene, &job(&scene, 4, 4, 4), 64, 2);
     assert_close("without photons", &without, f64::from(ALBEDO) / PI * from(0.2), 0.01);
@@ -91,7 +91,7 @@ fn light_through_water_and_back_has_the_energy_of_snell_and_fresnel() {
     let irradiance = intensity * passes / (h + d / n).powi(2);
     let expected = f64::from(ALBEDO) / PI * irradiance * passes / (n * n);
     // Longer paths go between floor and surface.
-    let e = seeds(&scene, &with(Caustics::On, job(&scene, 4, 4, 4)), 64, 4);
+    let e = seeds(&scene, &with(Switch::On, job(&scene, 4, 4, 4)), 64, 4);
     assert_close("water", &e, expected, 0.01);
 }
 
@@ -109,7 +109,7 @@ fn light_that_leaves_glass_has_the_energy_of_snell_and_fresnel() {
     let irradiance = intensity * passes / (h / n + d).powi(2) / (n * n);
     let expected = f64::from(ALBEDO) / PI * irradiance;
     // Three segments: none by the block's other sides.
-    let e = seeds(&scene, &with(Caustics::On, job(&scene, 4, 4, 3)), 64, 4);
+    let e = seeds(&scene, &with(Switch::On, job(&scene, 4, 4, 3)), 64, 4);
     assert_close("from glass", &e, expected, 0.01);
 }
 
@@ -138,7 +138,7 @@ fn photons_bring_the_light_that_paths_find_by_chance() {
     let scene = findable();
     let job = job(&scene, 32, 32, 6);
     let by_chance = seeds(&scene, &job, 512, 4);
-    let by_photons = seeds(&scene, &with(Caustics::On, job), 64, 8);
+    let by_photons = seeds(&scene, &with(Switch::On, job), 64, 8);
     for block in [8, WHOLE_IMAGE] {
         Comparison::new("photons", block).assert(&by_chance, &by_photons);
     }
@@ -147,7 +147,7 @@ fn photons_bring_the_light_that_paths_find_by_chance() {
 #[test]
 fn threads_and_parts_change_no_bit() {
     let scene = findable();
-    let job = with(Caustics::On, job(&scene, 24, 20, 6));
+    let job = with(Switch::On, job(&scene, 24, 20, 6));
     let (one, _) = render_with(&scene, &job, 7, Some(1));
     let (three, _) = render_with(&scene, &job, 7, Some(3));
     assert!(one == three, "threads");
@@ -161,7 +161,7 @@ fn threads_and_parts_change_no_bit() {
     };
     let mut merger = Merger::new();
     merger.add("first", part(&job, 0..3, 0)).unwrap();
-    let off = part(&with(Caustics::Off, job.clone()), 3..7, 0);
+    let off = part(&with(Switch::Off, job.clone()), 3..7, 0);
     assert!(merger.add("off", off).is_err(), "parts of other pictures");
     for (samples, tile) in [(0..3, 1), (3..7, 0), (3..7, 1)] {
         merger.add("more", part(&job, samples, tile)).unwrap();
@@ -178,7 +178,7 @@ fn the_error_falls_as_photons_are_added() {
     scene.add_mesh("mirror", quads(&[corners]), wall);
     lamp(&mut scene, [-0.2, 1.0, 0.0], 3.0);
     scene.cameras.push(from_above(0.0, 0.0, 0.5, 0.02));
-    let job = with(Caustics::On, job(&scene, 2, 2, 4));
+    let job = with(Switch::On, job(&scene, 2, 2, 4));
     let error = |spp| {
         let films: Vec<_> = (0..24)
             .map(|seed| Estimate::from_film(&render(&scene, &Job { seed, ..job.clone() }, spp)))
@@ -199,7 +199,7 @@ fn where_nothing_makes_caustics_auto_is_off_and_changes_no_bit() {
     let mut renderer = Renderer::cpu(Some(2)).unwrap();
     renderer.load(&scene).unwrap();
     let off = job(&scene, 24, 24, 5);
-    let mut auto = with(Caustics::Auto, off.clone());
+    let mut auto = with(Switch::Auto, off.clone());
     let limits = Limits { spp: 5, ..Limits::default() };
     renderer.render(&auto, &limits, &Control::new()).unwrap();
     let picture = renderer.film().unwrap().unwrap().clone();
@@ -211,11 +211,11 @@ fn where_nothing_makes_caustics_auto_is_off_and_changes_no_bit() {
 
     let mut small = findable();
     renderer.load(&small).unwrap();
-    let told = renderer.settle_caustics(&mut with(Caustics::Auto, off.clone())).unwrap();
+    let told = renderer.settle_caustics(&mut with(Switch::Auto, off.clone())).unwrap();
     assert!(told.starts_with("caustics: off (no light is small"), "{told}");
     lamp(&mut small, [0.0, 2.0, 0.0], 1.0);
     renderer.load(&small).unwrap();
-    let mut auto = with(Caustics::Auto, off);
+    let mut auto = with(Switch::Auto, off);
     assert!(renderer.settle_caustics(&mut auto).unwrap().starts_with("caustics: on"));
-    assert_eq!(auto, with(Caustics::On, auto.clone()));
+    assert_eq!(auto, with(Switch::On, auto.clone()));
 }

@@ -12,7 +12,7 @@ use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
     AlphaMode, AmbientOcclusion, Aov, BackendError, Control, DirectSettings, Distortion, Fallback, Film,
     Highlights, Integrator, Job, Limits, LoadOptions, Mis, PathSettings, Renderer, SamplerKind, Scene,
-    Source, Step, View,
+    Source, Step, Switch, View,
 };
 use common::on_gpus::{SPP, compare_on, differing_share, render};
 use common::{gpu_renderers, in_turn, path};
@@ -126,7 +126,8 @@ fn every_setting_path() {
         splitting: 3,
         mis: Mis::Bsdf,
         clamp_indirect: Some(1.0),
-        caustics: alhazen::Caustics::Off,
+        caustics: alhazen::Switch::Off,
+        guiding: Switch::Off,
     };
     let mut job = Job {
         integrator: Integrator::Path(settings),

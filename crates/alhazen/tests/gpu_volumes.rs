@@ -6,7 +6,7 @@ mod common;
 use alhazen::gpu::has_hardware;
 use alhazen::{
     Aov, BackendError, Control, Film, HybridSettings, Integrator, Job, Limits, Mis, PathSettings, Renderer,
-    SamplerKind, Scene, Shape,
+    SamplerKind, Scene, Shape, Switch,
 };
 use common::on_gpus::{compare_on, differing_share, render};
 use common::{gpu_renderers, job};
@@ -87,7 +87,8 @@ fn settings(scene: &Scene) -> Job {
         splitting: 2,
         mis: Mis::Balance,
         clamp_indirect: Some(1.0),
-        caustics: alhazen::Caustics::Off,
+        caustics: alhazen::Switch::Off,
+        guiding: Switch::Off,
     };
     Job {
         integrator: Integrator::Path(settings),

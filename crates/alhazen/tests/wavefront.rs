@@ -7,7 +7,7 @@ use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions, has_hardware};
 use alhazen::{
     Adaptive, Aov, Control, Environment, Film, Integrator, Job, Limits, LoadOptions, Mis, PathKernel,
-    PathSettings, Renderer, SamplerKind, Sampling, Scene, Source, Summary,
+    PathSettings, Renderer, SamplerKind, Sampling, Scene, Source, Summary, Switch,
 };
 use common::{SHINES, in_turn, path};
 use scene::tables::SceneTables;
@@ -143,7 +143,8 @@ fn every_setting_is_the_same() {
         splitting: 3,
         mis: Mis::Light,
         clamp_indirect: Some(1.0),
-        caustics: alhazen::Caustics::Off,
+        caustics: alhazen::Switch::Off,
+        guiding: Switch::Off,
     };
     let mut job = Job {
         integrator: Integrator::Path(settings),

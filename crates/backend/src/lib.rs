@@ -12,7 +12,7 @@ mod realtime;
 mod view;
 mod views;
 
-pub use ::scene::Caustics;
+pub use ::scene::Switch;
 pub use control::{Control, Progress};
 pub use mis::Mis;
 pub use realtime::{
@@ -95,18 +95,19 @@ pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendE
     Ok(())
 }
 
-/// For back ends without photons: refuses views that ask for caustics from them. [`Caustics::Auto`] is off there.
+/// For back ends that have neither photons nor guides: refuses views that ask for one of them. [`Switch::Auto`] is off
+/// there.
 ///
 /// # Errors
 /// [`BackendError::View`] that names the back end that has them.
-pub fn check_caustics(view: &View) -> Result<(), BackendError> {
-    match view.integrator {
-        Integrator::Path(PathSettings { caustics: Caustics::On, .. }) => {
-            let reason = "caustics by photons are asked for, which only the back end `cpu` renders".into();
-            Err(BackendError::View { reason })
-        }
-        _ => Ok(()),
-    }
+pub fn check_switches(view: &View) -> Result<(), BackendError> {
+    let Integrator::Path(path) = view.integrator else { return Ok(()) };
+    let asked = match (path.caustics, path.guiding) {
+        (Switch::On, _) => "caustics by photons are asked for",
+        (_, Switch::On) => "path guiding is asked for",
+        _ => return Ok(()),
+    };
+    Err(BackendError::View { reason: format!("{asked}, which only the back end `cpu` has") })
 }
 
 /// For back ends: refuses a scene with media or overlapping bodies where the view's integrator does

@@ -1,6 +1,6 @@
 //! What is to be rendered: camera, picture, integrator.
 
-use crate::{Caustics, Mis, RealtimeSettings};
+use crate::{Mis, RealtimeSettings, Switch};
 use film::{Aov, Rect};
 use optics::camera::CameraFrame;
 use optics::motion::motion_place;
@@ -232,7 +232,9 @@ pub struct PathSettings {
     /// limits nothing. A limit removes bright specks and the light that they stand for: the picture is biased, darker.
     pub clamp_indirect: Option<f32>,
     /// How light is found that comes by mirrors or through glass.
-    pub caustics: Caustics,
+    pub caustics: Switch,
+    /// Whether paths follow what was learned of the light before.
+    pub guiding: Switch,
 }
 
 impl PathSettings {
@@ -251,7 +253,8 @@ impl Default for PathSettings {
             splitting: 1,
             mis: Mis::Power,
             clamp_indirect: None,
-            caustics: Caustics::Off,
+            caustics: Switch::Off,
+            guiding: Switch::default(),
         }
     }
 }

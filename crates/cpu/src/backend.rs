@@ -1,6 +1,7 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, views.
 
 use crate::fetch::filter::AlphaFilter;
+use crate::guided::prepare::Guides;
 use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
 use crate::schedule::passes;
@@ -28,6 +29,7 @@ pub struct CpuBackend {
     film: Option<(View, Film)>,
     /// A view, but for its window, and its photons, if it wants some.
     photons: Option<(View, Option<PhotonPasses>)>,
+    guides: Guides,
 }
 
 impl CpuBackend {
@@ -37,7 +39,14 @@ impl CpuBackend {
     /// When the system refuses to make threads.
     pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
         let threads = thread_pool(threads)?;
-        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None, photons: None })
+        Ok(Self {
+            threads,
+            quality: Quality::Balanced,
+            scene: None,
+            film: None,
+            photons: None,
+            guides: Guides::default(),
+        })
     }
 
     /// Makes the film for a view, or keeps the one that is being accumulated.
@@ -64,6 +73,16 @@ impl CpuBackend {
     }
 }
 
+impl CpuBackend {
+    /// Sees to it that paths of a view follow the guide that they are to; see [`Guides::prepare`].
+    fn prepare_guide(&mut self, view: &View, control: &Control) -> Result<Option<u64>, BackendError> {
+        let (guides, Some(scene)) = (&mut self.guides, &mut self.scene) else {
+            return Err(BackendError::NoScene { backend: "cpu" });
+        };
+        self.threads.install(|| guides.prepare(scene, view, control))
+    }
+}
+
 /// `threads` threads; `None` is one for each core.
 pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, BackendError> {
     let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
@@ -82,6 +101,7 @@ impl Backend for CpuBackend {
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
         (self.film, self.photons) = (None, None);
+        self.guides.forget();
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -96,6 +116,7 @@ impl Backend for CpuBackend {
             return Err(BackendError::NoScene { backend: self.name() });
         };
         (self.film, self.photons) = (None, None);
+        self.guides.forget();
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -125,6 +146,9 @@ impl Backend for CpuBackend {
         self.prepare_photons(view)?;
         let start = Instant::now();
         let wanted = u64::from(samples) * view.window.area() as u64;
+        let Some(training) = self.prepare_guide(view, control)? else {
+            return Ok(Stats { cancelled: true, elapsed: start.elapsed(), ..Stats::default() });
+        };
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
@@ -132,7 +156,8 @@ impl Backend for CpuBackend {
         control.begin(wanted);
         let mut stats = Stats::default();
         let wanted = view.first_sample..view.first_sample + samples;
-        stats.rays = self.threads.install(|| passes::render(scene, view, wanted, film, photons, control));
+        let rays = self.threads.install(|| passes::render(scene, view, wanted, film, photons, control));
+        stats.rays = training + rays;
         stats.samples = control.progress().samples_done;
         stats.cancelled = control.is_cancelled();
         stats.elapsed = start.elapsed();
@@ -154,12 +179,16 @@ impl Backend for CpuBackend {
         self.prepare_photons(view)?;
         let start = Instant::now();
         let wanted = pixels.iter().map(|p| u64::from(p.count)).sum();
+        let Some(training) = self.prepare_guide(view, control)? else {
+            return Ok(Stats { cancelled: true, elapsed: start.elapsed(), ..Stats::default() });
+        };
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
         let photons = self.photons.as_mut().and_then(|(_, photons)| photons.as_mut());
         control.begin(wanted);
-        let rays = self.threads.install(|| pixel_list::render(scene, view, pixels, film, photons, control));
+        let rays = training
+            + self.threads.install(|| pixel_list::render(scene, view, pixels, film, photons, control));
         let samples = control.progress().samples_done;
         let cancelled = control.is_cancelled();
         Ok(Stats { samples, rays, elapsed: start.elapsed(), cancelled, device_time: None })
@@ -171,9 +200,10 @@ impl Backend for CpuBackend {
         control: &Control,
     ) -> Result<(ViewPictures, Stats), BackendError> {
         batch.check()?;
-        let Some(scene) = &self.scene else {
+        let Some(scene) = &mut self.scene else {
             return Err(BackendError::NoScene { backend: self.name() });
         };
+        scene.guide = None;
         if batch.wants_colors() {
             check_media(&scene.tables, &batch.view)?;
         }
@@ -198,6 +228,10 @@ impl Backend for CpuBackend {
 
     fn restart(&mut self) {
         self.film = None;
+    }
+
+    fn take_notices(&mut self) -> Vec<String> {
+        self.guides.take_notices()
     }
 
     fn film(&mut self) -> Result<Option<&Film>, BackendError> {

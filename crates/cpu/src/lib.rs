@@ -10,6 +10,7 @@
 mod backend;
 mod batch;
 mod fetch;
+mod guided;
 mod integrate;
 mod photons;
 mod queries;

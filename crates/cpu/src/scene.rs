@@ -2,6 +2,7 @@
 
 use crate::fetch::hit_records::HitRecordTable;
 use accel::{Blas, Geometry, Instance, InstanceMotions, Quality, Sphere, Tlas};
+use guiding::{Guide, Learner};
 use optics::light::light_is_flat;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
@@ -24,6 +25,10 @@ pub(crate) struct CpuScene {
     pub plain_sky: bool,
     /// Whether paths have to know what they are in: see `volumes`.
     pub volumes: bool,
+    /// What paths of the present view are guided by.
+    pub guide: Option<Arc<Guide>>,
+    /// Who learns from them.
+    pub learner: Option<Arc<Learner>>,
 }
 
 /// Where a hit leads in the tables.
@@ -68,7 +73,17 @@ impl CpuScene {
         let plain_lights = tables.motion.is_none() && tables.lights.iter().all(is_plain);
         let hit_records = HitRecordTable::new(&tables);
         let volumes = tables.needs_volumes();
-        Self { tables, tlas, hit_records, visible_discs, plain_lights, plain_sky, volumes }
+        Self {
+            tables,
+            tlas,
+            hit_records,
+            visible_discs,
+            plain_lights,
+            plain_sky,
+            volumes,
+            guide: None,
+            learner: None,
+        }
     }
 
     /// The records of a hit primitive.

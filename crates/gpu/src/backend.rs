@@ -22,7 +22,7 @@ use crate::wavefront::Queues;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Stats,
-    View, ViewBatch, ViewPictures, check_caustics, check_media, check_pixels,
+    View, ViewBatch, ViewPictures, check_media, check_pixels, check_switches,
 };
 use film::{AovKind, Film, Image};
 use kernels::{CompiledKernel, KernelKey};
@@ -334,7 +334,7 @@ impl GpuBackend {
         check_media(&loaded.scene.tables, view)?;
         check_boundaries(&loaded.scene.tables, view).map_err(|e| device_error(self.kind.name(), e))?;
         check_shutter(view)?;
-        check_caustics(view)?;
+        check_switches(view)?;
         self.prepare_film(view)?;
         let start = Instant::now();
         control.begin(samples);

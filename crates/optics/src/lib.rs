@@ -141,6 +141,7 @@ mod textures {
 mod transport {
     pub mod direct_light;
     pub mod estimator;
+    pub mod guiding;
     pub mod interiors;
     pub mod medium;
     pub mod mis;
@@ -185,8 +186,8 @@ pub use textures::{
     texture_point::texture_point, voronoi::voronoi,
 };
 pub use transport::{
-    direct_light::direct_light, estimator::estimator, interiors::interiors, medium::medium, mis::mis,
-    path::path, photons::photons, vertex::vertex, volume::volume,
+    direct_light::direct_light, estimator::estimator, guiding::guiding, interiors::interiors, medium::medium,
+    mis::mis, path::path, photons::photons, vertex::vertex, volume::volume,
 };
 
 pub mod albedo;

@@ -79,6 +79,7 @@ mod everything {
     use crate::clusters::*;
     use crate::direct_light::*;
     use crate::equirect::*;
+    use crate::guiding::*;
     use crate::interiors::*;
     use crate::intersect::*;
     use crate::layers::*;

@@ -37,6 +37,7 @@ fn modules() -> Vec<(&'static str, String)> {
         fresnel: optics::fresnel,
         ggx: optics::ggx,
         glossy: optics::glossy,
+        guiding: optics::guiding,
         history: optics::history,
         image_texture: optics::image_texture,
         interiors: optics::interiors,

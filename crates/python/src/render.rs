@@ -8,9 +8,9 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::output::{Encoding, Format, OutputError};
 use alhazen::{
-    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Caustics, Control, ExrFile, Film, Image, ImageError,
-    Integrator, Job, Limits, Mis, Precision, Rect, Renderer, RendererOptions, Summary, ToneMapper,
-    ToneMapping, check_default_camera,
+    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, ExrFile, Film, Image, ImageError, Integrator,
+    Job, Limits, Mis, Precision, Rect, Renderer, RendererOptions, Summary, Switch, ToneMapper, ToneMapping,
+    check_default_camera,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -33,6 +33,7 @@ pub struct Settings<'py> {
     pub mis: String,
     pub clamp_indirect: Option<f32>,
     pub caustics: Option<String>,
+    pub guiding: Option<String>,
     pub ambient_distance: Option<f32>,
     pub sampler: String,
     pub crop: Option<[u32; 4]>,
@@ -55,7 +56,7 @@ impl<'py> Settings<'py> {
         #[rustfmt::skip]
         let mut settings = Self {
             width, height, spp, camera: None, aovs: Vec::new(), seed: 0, integrator: None, max_depth: None,
-            mis: "power".into(), clamp_indirect: None, caustics: None, ambient_distance: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0,
+            mis: "power".into(), clamp_indirect: None, caustics: None, guiding: None, ambient_distance: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0,
             time_limit: None, noise: None, backend: "auto".into(), adapter: None, threads: None, progress: None,
         };
         for (key, value) in keywords.into_iter().flatten() {
@@ -68,6 +69,7 @@ impl<'py> Settings<'py> {
                 "mis" => settings.mis = value.extract()?,
                 "caustics" => settings.caustics = value.extract()?,
                 "clamp_indirect" => settings.clamp_indirect = value.extract()?,
+                "guiding" => settings.guiding = value.extract()?,
                 "ambient_distance" => settings.ambient_distance = value.extract()?,
                 "sampler" => settings.sampler = value.extract()?,
                 "crop" => settings.crop = value.extract()?,
@@ -295,12 +297,14 @@ pub fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integra
             }
         }
     }
-    if let Some(name) = &settings.caustics {
-        let caustics: Caustics = name.parse().map_err(|e| bad(format!("caustics: {e}")))?;
+    let switches = [("caustics", &settings.caustics), ("guiding", &settings.guiding)];
+    for (what, name) in switches.into_iter().filter_map(|(what, name)| Some((what, name.as_ref()?))) {
+        let switch: Switch = name.parse().map_err(|e| bad(format!("{what}: {e}")))?;
         match &mut integrator {
-            Integrator::Path(path) => path.caustics = caustics,
+            Integrator::Path(path) if what == "caustics" => path.caustics = switch,
+            Integrator::Path(path) => path.guiding = switch,
             other => {
-                return Err(bad(format!("caustics is for the integrator path, not for {}", other.name())));
+                return Err(bad(format!("{what} is for the integrator path, not for {}", other.name())));
             }
         }
     }

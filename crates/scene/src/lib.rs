@@ -67,7 +67,7 @@ pub use portal::{Portal, PortalError};
 pub use projection::{Projection, ProjectionParameter, Quantity};
 pub use report::{LoadReport, Note, Severity};
 pub use scene::Scene;
-pub use settings::{Caustics, RenderDefaults, ShadowTerminator, ToneMapper};
+pub use settings::{RenderDefaults, ShadowTerminator, Switch, ToneMapper};
 pub use shutter::{Lines, Rolling, Shutter, ShutterError, ShutterShape};
 pub use subsurface::Subsurface;
 pub use texture::Texture;

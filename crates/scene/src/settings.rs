@@ -40,20 +40,20 @@ pub enum ShadowTerminator {
     Exact,
 }
 
-/// How paths find light that comes by mirrors or through glass.
+/// Whether something is done that pays in some scenes only: caustics by photons, path guiding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Caustics {
-    /// By chance, as all other light.
+pub enum Switch {
+    /// It is not.
     #[default]
     Off,
-    /// By photons, too.
+    /// It is.
     On,
-    /// By photons, too, where the scene has surfaces that mirror or refract and a light that is small.
+    /// It is where that seems to pay; the renderer says what it chose and why.
     Auto,
 }
 
-impl Caustics {
+impl Switch {
     /// All of them, in the order in which users read them.
     pub const ALL: [Self; 3] = [Self::Off, Self::On, Self::Auto];
 
@@ -67,17 +67,17 @@ impl Caustics {
     }
 }
 
-impl std::fmt::Display for Caustics {
+impl std::fmt::Display for Switch {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
     }
 }
 
-impl std::str::FromStr for Caustics {
+impl std::str::FromStr for Switch {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let known = Self::ALL.into_iter().find(|caustics| caustics.name() == name);
+        let known = Self::ALL.into_iter().find(|switch| switch.name() == name);
         known.ok_or_else(|| format!("unknown `{name}`; there are: {}", Self::ALL.map(Self::name).join(", ")))
     }
 }
@@ -95,7 +95,9 @@ pub struct RenderDefaults {
     /// Maximum path depth; 1 = emission only, 2 = direct light.
     pub max_depth: Option<u32>,
     /// Whether caustics come from photons.
-    pub caustics: Option<Caustics>,
+    pub caustics: Option<Switch>,
+    /// Whether paths follow what was learned of the light.
+    pub guiding: Option<Switch>,
     /// Name of the integrator.
     pub integrator: Option<String>,
     /// Factor on radiance before tone mapping.

@@ -1,7 +1,7 @@
 //! One of several back ends that work together.
 
 use super::todo::Todo;
-use backend::{Backend, BackendError, Caustics, Control, Integrator, LoadStats, Stats, View};
+use backend::{Backend, BackendError, Control, Integrator, LoadStats, Stats, Switch, View};
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use std::time::Instant;
@@ -83,7 +83,7 @@ impl Member {
 
     /// Makes a piece; it belongs to the member from now on, whether it succeeds or not.
     pub fn make(&mut self, view: &View, piece: Todo) -> Result<Stats, Stopped> {
-        let view = &without_photons(view);
+        let view = &for_all(view);
         let area = view.window.area() as u64;
         self.made.append(piece.clone());
         if let Some(scene) = self.waiting.take() {
@@ -108,14 +108,16 @@ impl Member {
     }
 }
 
-/// The view with caustics that are left to the renderer switched off: not all members have photons, and all are to make the
-/// same picture.
-fn without_photons(view: &View) -> View {
+/// The view with caustics and guiding that are left to the renderer switched off: not all members have photons and guides,
+/// and all are to make the same picture.
+fn for_all(view: &View) -> View {
     let mut view = view.clone();
-    if let Integrator::Path(path) = &mut view.integrator
-        && path.caustics == Caustics::Auto
-    {
-        path.caustics = Caustics::Off;
+    if let Integrator::Path(path) = &mut view.integrator {
+        for switch in [&mut path.caustics, &mut path.guiding] {
+            if *switch == Switch::Auto {
+                *switch = Switch::Off;
+            }
+        }
     }
     view
 }

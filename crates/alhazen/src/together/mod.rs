@@ -279,7 +279,7 @@ impl Backend for Together {
         let Some(end) = view.first_sample.checked_add(samples) else {
             return Err(BackendError::View { reason: format!("sample index beyond {}", u32::MAX) });
         };
-        backend::check_caustics(view)?;
+        backend::check_switches(view)?;
         self.begin(view);
         if view.integrator.makes_frames() {
             let member = self.strongest()?;
@@ -296,7 +296,7 @@ impl Backend for Together {
         control: &Control,
     ) -> Result<Stats, BackendError> {
         backend::check_pixels(view, pixels)?;
-        backend::check_caustics(view)?;
+        backend::check_switches(view)?;
         self.begin(view);
         self.work(view, Todo { samples: Vec::new(), pixels: pixels.to_vec() }, control)
     }

@@ -14,7 +14,7 @@ mod rough_diffuse;
 
 use alhazen::{
     Environment, Integrator, Job, Light, LightKind, Mis, PathSettings, Pixels, Scene, SceneImage, Shape,
-    picture_ray,
+    Switch, picture_ray,
 };
 use common::{assert_mean, estimate, from_above, job};
 use coverage::camera_above;
@@ -398,7 +398,8 @@ fn roulette_does_not_change_a_furnace() {
             splitting,
             mis: Mis::Power,
             clamp_indirect: None,
-            caustics: alhazen::Caustics::Off,
+            caustics: alhazen::Switch::Off,
+            guiding: Switch::Off,
         };
         let job = Job { integrator: Integrator::Path(settings), ..job(&scene, 32, 32, 200) };
         let e = estimate(&scene, &job, 256);

@@ -96,10 +96,16 @@ impl PathBatch {
             self.limit_found(settings, context.depth);
             self.connect(scene, filter);
             self.limit_found(settings, context.depth + 1);
+            if scene.learner.is_some() {
+                self.note_finds();
+            }
             std::mem::swap(&mut self.paths, &mut self.next);
             self.next.clear();
             context.depth += 1;
             coherence = Coherence::Incoherent;
+        }
+        if let Some(learner) = &scene.learner {
+            self.learn(learner);
         }
         if branches > 1 {
             self.join_branches(samples.len(), branches as usize);

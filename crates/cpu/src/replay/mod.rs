@@ -14,7 +14,7 @@ pub use record::{
 
 use crate::batch::samples::SampleId;
 use crate::queries::RayQueries;
-use backend::{BackendError, Integrator, View};
+use backend::{BackendError, Integrator, Switch, View};
 use follow::Follower;
 
 impl RayQueries {
@@ -38,6 +38,9 @@ impl RayQueries {
                 view.integrator.name()
             ));
         };
+        if settings.guiding != Switch::Off {
+            return refuse("guided paths cannot be replayed; without guiding they can".into());
+        }
         if self.scene().volumes {
             return refuse("paths through media and nested bodies cannot be replayed".into());
         }

@@ -3,7 +3,7 @@
 use crate::integrate::volume::VolumeTracer;
 use crate::photons::{Photon, PhotonLights, PhotonMap};
 use crate::scene::CpuScene;
-use backend::{BackendError, Caustics, Integrator, PathSettings, View};
+use backend::{BackendError, Integrator, PathSettings, Switch, View};
 use optics::photons::{photon_radius2, photon_sampler};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -31,16 +31,16 @@ pub(crate) struct PhotonPasses {
 pub(crate) fn wanted<'v>(scene: &CpuScene, view: &'v View) -> Option<&'v PathSettings> {
     let Integrator::Path(settings) = &view.integrator else { return None };
     let wanted = match settings.caustics {
-        Caustics::Off => false,
-        Caustics::On => true,
-        Caustics::Auto => scene.tables.caustics_advice().wanted,
+        Switch::Off => false,
+        Switch::On => true,
+        Switch::Auto => scene.tables.caustics_advice().wanted,
     };
     wanted.then_some(settings)
 }
 
 /// Refuses caustics that were asked for and that photons cannot make.
 pub(crate) fn check(scene: &CpuScene, view: &View) -> Result<(), BackendError> {
-    let asked = matches!(&view.integrator, Integrator::Path(s) if s.caustics == Caustics::On);
+    let asked = matches!(&view.integrator, Integrator::Path(s) if s.caustics == Switch::On);
     if asked && (scene.tables.motion.is_some() || view.camera_moves()) {
         let reason = "caustics are asked for, but photons know no motion: leave the shutter closed".into();
         return Err(BackendError::View { reason });

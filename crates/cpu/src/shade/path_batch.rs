@@ -4,6 +4,7 @@ use crate::batch::samples::{Run, SampleId, time_of};
 use crate::batch::streams::{Connection, HitStream, Path, PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
 use crate::fetch::triangles::TriangleRows;
+use crate::guided::finds::Finds;
 use crate::scene::CpuScene;
 use crate::shade::glossy_lanes::GlossyLanes;
 use crate::shade::material::Shading;
@@ -44,6 +45,8 @@ pub(crate) struct PathBatch {
     pub(crate) times: Vec<f32>,
     /// What `radiance` was before the current step, where indirect light is limited.
     pub(crate) gathered: Vec<Vec3f>,
+    /// What paths find in the directions that they sample, where somebody learns from it.
+    pub(crate) finds: Finds,
     /// Rays traced since the batch was made.
     pub rays_traced: u64,
 }

@@ -3,6 +3,7 @@
 use crate::batch::streams::{Connection, Path};
 use crate::batch::vertices::PlainPoint;
 use crate::fetch::surface::Surface;
+use crate::guided::vertex::GuidedVertex;
 use crate::shade::closures::{Incoming, layers_at, wants_model_number};
 use crate::shade::features::Continuation;
 use crate::shade::lights::sample_light;
@@ -12,13 +13,15 @@ use crate::shade::scattering::Scattering;
 use crate::shade::stages::ScatterDiffuse;
 use crate::simd::Instructions;
 use accel::Ray;
-use optics::frame::{Frame, to_local};
+use optics::frame::{Frame, to_local, to_world};
 use optics::light::LightSample;
 use optics::light_tree::{ALL_SIDES, sampling_normal};
 use optics::path::path_light_contribution;
-use optics::scatter::BSDF_NONE;
+use optics::scatter::{BSDF_NONE, BsdfSample};
+use optics::vector::dot;
 use optics::vertex::{
-    PAIR_BSDF, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, continue_from_surface, light_side, shadow_way,
+    PAIR_BSDF, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, continue_from_surface, leaves_surface, light_side,
+    shadow_way,
 };
 use optics::{Vec3f, vec2f};
 use scene::tables::{ModelTag, SceneTables};
@@ -97,16 +100,29 @@ impl PathBatch {
     ) -> Continuation {
         let tables = &*context.scene.tables;
         let wo = to_local(frame, surface.wo);
-        if bsdf.has_smooth_part() && !tables.lights.is_empty() {
+        let smooth = bsdf.has_smooth_part();
+        let guided = if smooth { context.guided_at(surface.origin) } else { None };
+        if smooth && !tables.lights.is_empty() {
             path.sampling_normal = normal_for_lights(tables, bsdf, frame.normal);
-            self.add_connection(context, surface, &frame, bsdf, wo, &path);
+            self.add_connection(context, surface, &frame, bsdf, wo, &path, guided);
         }
         let zero = vec2f(0.0, 0.0);
-        let wants_lobe = context.meets_roulette() || bsdf.has_lobes();
+        let wants_lobe = context.meets_roulette() || bsdf.has_lobes() || guided.is_some();
         let u_lobe = if wants_lobe { context.draw(&path, PAIR_LOBE) } else { zero };
         let u = if bsdf.is_delta() { zero } else { context.draw(&path, PAIR_BSDF) };
-        let sample = bsdf.sample(wo, u_lobe.x, u);
-        let state = path.state(context.depth);
+        let mut state = path.state(context.depth);
+        let sample = match guided {
+            None => bsdf.sample(wo, u_lobe.x, u),
+            Some(guided) => {
+                let by_both = guided.sample(bsdf, frame, wo, u_lobe.x, u);
+                state.eta_scale *= by_both.survival();
+                if context.learns() && leaves(&by_both.sample, frame, surface) {
+                    let wi = to_world(frame, by_both.sample.wi);
+                    by_both.note(&guided, path.slot, path.throughput, wi, &mut self.finds);
+                }
+                by_both.sample
+            }
+        };
         let next = continue_from_surface(
             state,
             sample,
@@ -134,6 +150,7 @@ impl PathBatch {
         bsdf: S,
         wo: Vec3f,
         path: &Path,
+        guided: Option<GuidedVertex>,
     ) {
         let u = context.draw(path, PAIR_LIGHT);
         let (normal, time) = (path.sampling_normal, self.time_of(path.slot));
@@ -144,11 +161,18 @@ impl PathBatch {
             return;
         }
         let value = bsdf.eval(wo, side.wi);
+        let value = guided.map_or(value, |guided| guided.value(value, light.wi));
         let LightSample { radiance, pdf, delta, .. } = *light;
         let contribution =
             path_light_contribution(path.throughput, value, radiance, pdf, delta, context.mis());
         self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, side.above));
     }
+}
+
+/// Whether a path goes where a direction was sampled.
+#[inline(always)]
+fn leaves(sample: &BsdfSample, frame: Frame, surface: &Surface) -> bool {
+    leaves_surface(*sample, dot(to_world(frame, sample.wi), surface.horizon) > 0.0)
 }
 
 /// What the choice of a light is to know of a surface of unit `normal`; nothing where it does not ask.

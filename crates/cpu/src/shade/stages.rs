@@ -6,6 +6,7 @@
 use crate::batch::samples::time_of;
 use crate::batch::streams::{PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
+use crate::guided::lanes::{GuidedLanes, GuidedLobes};
 use crate::shade::light_lanes::sample_lights;
 use crate::shade::path_batch::{Context, PathBatch};
 use crate::shade::scatter_lanes::{
@@ -29,11 +30,16 @@ impl Stage for ScatterDiffuse<'_, '_> {
         let ScatterDiffuse(batch, context) = self;
         let queue = &mut batch.diffuse;
         queue.find_above();
-        connect_lights(i, context, queue, &CosineLobes, &batch.times, &mut batch.shadows);
+        let mut guided = guided_lanes(context, queue);
+        connect_lights(i, context, queue, &CosineLobes, &guided, &batch.times, &mut batch.shadows);
         queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);
         sample_cosine_lobes(&queue.vertices, &queue.above, &queue.u, &mut queue.next);
-        if context.meets_roulette() {
+        if context.meets_roulette() || guided.is_some() {
             queue.draw_lobes(context.sampler_kind, context.pair() + PAIR_LOBE);
+        }
+        if let Some(guided) = &mut guided {
+            guided.choose(&mut queue.u_lobe);
+            guided.redirect(&CosineLobes, queue, context.learns().then_some(&mut batch.finds));
         }
         go_on(i, context, queue, &mut batch.next);
     }
@@ -57,12 +63,26 @@ impl Stage for ScatterGlossy<'_, '_> {
         let (queue, glossy) = (&mut batch.glossy, &mut batch.glossy_lanes);
         queue.find_above();
         glossy.prepare(i, context.scene, &queue.vertices, queue.waiting(), context.shading.single_scatter);
-        connect_lights(i, context, queue, glossy, &batch.times, &mut batch.shadows);
+        let mut guided = guided_lanes(context, queue);
+        connect_lights(i, context, queue, glossy, &guided, &batch.times, &mut batch.shadows);
         queue.draw_lobes(context.sampler_kind, context.pair() + PAIR_LOBE);
+        if let Some(guided) = &mut guided {
+            guided.choose(&mut queue.u_lobe);
+        }
         queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);
         glossy.sample(&queue.vertices, &queue.above, &queue.u_lobe, &queue.u, &mut queue.next);
+        if let Some(guided) = &guided {
+            guided.redirect(glossy, queue, context.learns().then_some(&mut batch.finds));
+        }
         go_on(i, context, queue, &mut batch.next);
     }
+}
+
+/// What is known of the light at the vertices that are waiting; `None` where paths do not follow a guide.
+#[inline(always)]
+fn guided_lanes<'a>(context: &Context<'a>, queue: &VertexQueue) -> Option<GuidedLanes<'a>> {
+    let guide = context.scene.guide.as_deref()?;
+    Some(GuidedLanes::find(guide, &queue.vertices, queue.waiting()))
 }
 
 /// Next-event estimation.
@@ -72,6 +92,7 @@ fn connect_lights<I: Instructions>(
     context: &Context,
     queue: &mut VertexQueue,
     lobes: &impl Lobes,
+    guided: &Option<GuidedLanes>,
     times: &[f32],
     shadows: &mut ShadowStream,
 ) {
@@ -83,7 +104,13 @@ fn connect_lights<I: Instructions>(
     let slots = *queue.paths().slot;
     let time = |lane: usize| time_of(times, slots[lane]);
     sample_lights(i, context.scene, &mut queue.vertices, waiting, &queue.u, time, &mut queue.lights);
-    queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, lobes, context.mis());
+    let (v, mis) = (&queue.vertices, context.mis());
+    match guided {
+        None => queue.connections.compute(v, &queue.above, &queue.lights, lobes, mis),
+        Some(guided) => {
+            queue.connections.compute(v, &queue.above, &queue.lights, &GuidedLobes(lobes, guided), mis)
+        }
+    }
     let asking = queue.connections.asking(i, waiting);
     shadows.append(i, asking, &queue.connections, queue.paths());
 }

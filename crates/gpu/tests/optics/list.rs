@@ -190,6 +190,7 @@ macro_rules! functions {
     };
 }
 
+mod guiding;
 mod motion;
 mod realtime;
 mod surfaces;
@@ -197,8 +198,14 @@ mod textures;
 
 /// All functions of the optics.
 pub fn functions() -> Vec<Function> {
-    let parts =
-        [others(), motion::motion(), realtime::realtime(), surfaces::surfaces(), textures::textures()];
+    let parts = [
+        others(),
+        guiding::guiding(),
+        motion::motion(),
+        realtime::realtime(),
+        surfaces::surfaces(),
+        textures::textures(),
+    ];
     parts.into_iter().flatten().collect()
 }
 

@@ -164,6 +164,9 @@ structures! {
     MediumSample in volume { distance, scattered, weight }
     Roulette in vertex { start, min_survival }
     MisHeuristic in mis { lights, bsdfs, squared }
+    GuideWalk in guiding { u, corner, size, density, child }
+    GuideDescent in guiding { place, density, child }
+    GuideSample in guiding { wi, pdf }
     LightSide in vertex { wi, above, possible }
     Continuation in vertex { state, wi, above, alive }
     PathState in path { throughput, radiance, pdf, specular, eta_scale, depth }

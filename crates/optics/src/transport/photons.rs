@@ -1,4 +1,4 @@
-//! Caustics by photons: light that comes by mirrors or through glass, stored where it arrives.
+//! Switch by photons: light that comes by mirrors or through glass, stored where it arrives.
 //!
 //! A photon leaves a light, aimed at the specular surfaces, goes on by specular scattering alone, and is stored at each
 //! surface behind. Camera paths gather the photons around the points where they scatter. A pass of photons serves some

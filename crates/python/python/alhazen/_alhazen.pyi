@@ -285,6 +285,7 @@ class Scene:
         mis: str = "power",
         clamp_indirect: Optional[float] = None,
         caustics: Optional[str] = None,
+        guiding: Optional[str] = None,
         ambient_distance: Optional[float] = None,
         sampler: str = "sobol",
         crop: Optional[Sequence[int]] = None,

@@ -45,6 +45,10 @@ impl Scene {
     /// caustics : {"off", "on", "auto"}, optional
     ///     Photons for light that comes by mirrors or through glass; "auto" looks whether the scene has such surfaces and
     ///     small lights. For "path" on the CPU only. By default what the scene's file says, or "off".
+    /// guiding : {"off", "on", "auto"}, optional
+    ///     Whether paths follow what training paths have learned of the light before the picture; "auto": where the training
+    ///     says that it is worth its time. The expected picture is the same. For "path" on the CPU only. By default what the
+    ///     scene's file says, or "off".
     /// ambient_distance : float, optional
     ///     How far occluders count in ambient occlusion, in metres; 0 or not given: everything counts.
     /// sampler : {"sobol", "independent"}, default "sobol"
@@ -82,7 +86,7 @@ impl Scene {
     ///     If the back end is not there, cannot hold the scene, or fails.
     #[pyo3(signature = (
         width=None, height=None, spp=None, *, camera=None, aovs=Vec::new(), seed=0, integrator=None, max_depth=None,
-        mis="power".into(), clamp_indirect=None, caustics=None, ambient_distance=None, sampler="sobol".into(), crop=None,
+        mis="power".into(), clamp_indirect=None, caustics=None, guiding=None, ambient_distance=None, sampler="sobol".into(), crop=None,
         first_sample=0, time=0.0,
         time_limit=None, noise=None, backend="auto".into(), adapter=None, threads=None, progress=None
     ))]
@@ -100,6 +104,7 @@ impl Scene {
         mis: String,
         clamp_indirect: Option<f32>,
         caustics: Option<String>,
+        guiding: Option<String>,
         ambient_distance: Option<f32>,
         sampler: String,
         crop: Option<[u32; 4]>,
@@ -114,7 +119,7 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         #[rustfmt::skip]
         let settings = Settings {
-            width, height, spp, camera, aovs, seed, integrator, max_depth, mis, clamp_indirect, caustics, ambient_distance, sampler, crop,
+    width, height, spp, camera, aovs, seed, integrator, max_depth, mis, clamp_indirect, caustics, ambient_distance, sampler, crop, guiding,
             first_sample, time, time_limit, noise, backend, adapter, threads, progress,
         };
         render(py, self, &settings)

@@ -4,7 +4,7 @@ use super::report::{Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::views::{View, ViewArgs, render};
 use crate::commands::render::parsing::parse_duration;
 use crate::console::{print_result, say};
-use alhazen::{Caustics, Image, Integrator, Job, Limits, Renderer};
+use alhazen::{Image, Integrator, Job, Limits, Renderer, Switch};
 use anyhow::ensure;
 use clap::Args;
 use std::time::Duration;
@@ -27,14 +27,14 @@ pub struct HardArgs {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     seeds: u32,
     /// Whether references are made with photons.
-    #[arg(long, value_name = "WHEN", default_value_t = Caustics::On)]
-    reference_caustics: Caustics,
+    #[arg(long, value_name = "WHEN", default_value_t = Switch::On)]
+    reference_caustics: Switch,
     #[command(flatten)]
     report: ReportArgs,
 }
 
 /// The techniques, by the names that reports give them.
-const TECHNIQUES: [(&str, Caustics); 2] = [("path", Caustics::Off), ("caustics", Caustics::On)];
+const TECHNIQUES: [(&str, Switch); 2] = [("path", Switch::Off), ("caustics", Switch::On)];
 
 /// Measures, prints and writes.
 pub fn run(args: &HardArgs) -> anyhow::Result<()> {
@@ -61,7 +61,7 @@ pub fn run(args: &HardArgs) -> anyhow::Result<()> {
                 let (measured, picture) = measure(args, &mut renderer, &view, caustics, *time)?;
                 let error = Percentiles::of(&measured.rel_mse);
                 let seconds = Percentiles::of(&measured.seconds).p50;
-                if caustics == Caustics::Off {
+                if caustics == Switch::Off {
                     of_path.push(error.p50);
                 }
                 curve.push((seconds, error.p50));
@@ -108,7 +108,7 @@ fn open(args: &HardArgs, scene: &str, renderer: &mut Renderer) -> anyhow::Result
 }
 
 /// The same picture with caustics as said.
-fn with(caustics: Caustics, job: &Job) -> anyhow::Result<Job> {
+fn with(caustics: Switch, job: &Job) -> anyhow::Result<Job> {
     let mut job = job.clone();
     let name = job.integrator.name();
     ensure!(
@@ -134,7 +134,7 @@ fn measure(
     args: &HardArgs,
     renderer: &mut Renderer,
     view: &View,
-    caustics: Caustics,
+    caustics: Switch,
     time: Duration,
 ) -> anyhow::Result<(Measured, Image)> {
     let limits = Limits { spp: u32::MAX, time: Some(time), ..Limits::default() };

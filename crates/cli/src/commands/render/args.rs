@@ -14,8 +14,8 @@ use super::split::SplitArgs;
 use crate::commands::loading::LoadingArgs;
 use crate::commands::tone::ToneArgs;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Caustics, Denoiser, Integrator, Mis, PathKernel, Projection, Rect,
-    SamplerKind, SunPosition,
+    Adaptive, Aov, BackendChoice, Denoiser, Integrator, Mis, PathKernel, Projection, Rect, SamplerKind,
+    SunPosition, Switch,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, FromArgMatches, ValueEnum};
@@ -212,10 +212,14 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Light", value_name = "RADIANCE", value_parser = parse_positive)]
     pub(super) clamp_indirect: Option<f32>,
     /// Photons for light that comes by mirrors or through glass: off, on, or auto, which looks whether the scene has such
-    /// surfaces and small lights. Only for `path` on the CPU; auto is off elsewhere. By default what the scene's file says,
-    /// or auto.
+    /// surfaces and small lights, and says so. Only for `path`, on the CPU. By default what the scene's file says, or off.
     #[arg(long, help_heading = "Light", value_name = "WHEN")]
-    pub(super) caustics: Option<Caustics>,
+    pub(super) caustics: Option<Switch>,
+    /// Whether paths follow what training paths have learned of the light before the picture: off, on, or auto (where the
+    /// training says that it is worth its time). The expected picture is the same, the noise is not. Only for `path`, on the
+    /// CPU. By default what the scene's file says, or off.
+    #[arg(long, help_heading = "Light", value_name = "WHEN")]
+    pub(super) guiding: Option<Switch>,
     /// How samples are drawn: sobol (Owen-scrambled Sobol points), independent (uniform numbers) or blue-noise (Sobol points
     /// that neighbouring pixels complete: the same error, spread so that eyes and filters take it away).
     #[arg(long, help_heading = "Light", value_name = "KIND", default_value_t)]

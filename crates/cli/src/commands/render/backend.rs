@@ -2,13 +2,14 @@
 
 use super::args::RenderArgs;
 use crate::console::say;
-use alhazen::{AovKind, BackendChoice, Renderer, RendererOptions};
+use alhazen::{AovKind, BackendChoice, Renderer, RendererOptions, Switch};
 
 /// The back end that the arguments ask for; says once which it is and why.
 pub fn choose_renderer(args: &RenderArgs) -> anyhow::Result<Renderer> {
     let has_mattes = args.aov.iter().any(|aov| aov.kind() == AovKind::Shares);
+    let wants_cpu = [args.caustics, args.guiding].contains(&Some(Switch::On));
     let backend = match args.backend {
-        BackendChoice::Auto | BackendChoice::All if has_mattes => BackendChoice::Cpu,
+        BackendChoice::Auto | BackendChoice::All if has_mattes || wants_cpu => BackendChoice::Cpu,
         chosen => chosen,
     };
     let options = RendererOptions {

@@ -5,9 +5,9 @@ use super::parsing::{Numbers, parse_vector};
 use super::shutter::bring;
 use crate::exit::Exit;
 use alhazen::{
-    Adaptive, Camera, CameraPath, Caustics, Daylight, DirectSettings, Environment, Highlights,
-    HybridSettings, Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings,
-    Projection, Quantity, Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark,
+    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
+    Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
+    Quantity, Rect, Sampling, Scene, SequenceDenoiser, Switch, Visibility, add_daylight_if_dark,
     check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
@@ -73,7 +73,6 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
         scene_job.crop = Some(crop);
     }
     scene_job.integrator = integrator(args, scene_job.integrator);
-    set_caustics(args, &loaded.scene, &mut scene_job.integrator)?;
     ensure!(
         args.clamp_indirect.is_none() || matches!(scene_job.integrator, Integrator::Path(_)),
         "--clamp-indirect is for the integrator `path`, not for `{}`",
@@ -84,6 +83,14 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
         "--mis is for the integrator `path`, not for `{}`",
         scene_job.integrator.name()
     );
+    for (option, switch) in [("caustics", args.caustics), ("guiding", args.guiding)] {
+        ensure!(
+            switch.is_none_or(|switch| switch == Switch::Off)
+                || matches!(scene_job.integrator, Integrator::Path(_)),
+            "--{option} is for the integrator `path`, not for `{}`",
+            scene_job.integrator.name()
+        );
+    }
     scene_job.single_scatter = args.single_scatter;
     scene_job.sampler = args.sampler;
     scene_job.seed = args.seed;
@@ -101,21 +108,6 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
         settings.allocation.white = 1.0 / scene_job.tone.exposure.max(1e-6);
     }
     Ok(scene_job)
-}
-
-/// What of caustics the arguments ask for, or the scene's file; if neither does, that is left to the renderer.
-fn set_caustics(args: &RenderArgs, scene: &Scene, integrator: &mut Integrator) -> anyhow::Result<()> {
-    match integrator {
-        Integrator::Path(path) => {
-            path.caustics = args.caustics.or(scene.defaults.caustics).unwrap_or(Caustics::Auto);
-        }
-        other => ensure!(
-            args.caustics.is_none(),
-            "--caustics is for the integrator `path`, not for `{}`",
-            other.name()
-        ),
-    }
-    Ok(())
 }
 
 /// Takes the camera that the arguments name, with their field of view and lens.
@@ -243,14 +235,15 @@ fn turntable(camera: &Camera, period: f32) -> CameraPath {
 
 fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
     let path = || {
-        let scene_depth = if let Integrator::Path(p) = of_scene { Some(p.max_depth) } else { None };
-        let default = PathSettings::default();
+        let of_file = if let Integrator::Path(path) = of_scene { path } else { PathSettings::default() };
         Integrator::Path(args.roulette.apply(PathSettings {
-            max_depth: args.max_depth.or(scene_depth).unwrap_or(default.max_depth),
+            max_depth: args.max_depth.unwrap_or(of_file.max_depth),
             splitting: args.splitting,
             mis: args.mis,
             clamp_indirect: args.clamp_indirect,
-            ..default
+            caustics: args.caustics.unwrap_or(of_file.caustics),
+            guiding: args.guiding.unwrap_or(of_file.guiding),
+            ..PathSettings::default()
         }))
     };
     let rays = |d: DirectSettings| DirectSettings {

@@ -3,13 +3,14 @@
 use super::*;
 use optics::constants::NONE;
 use optics::estimator::Moments;
+use optics::guiding::{self, GuideDescent, GuideWalk, guide_descent_step, guide_walk_step};
 use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_nothing};
 use optics::mis::MisHeuristic;
 use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::vertex::Roulette;
 use optics::volume::{GridPlace, Medium};
-use optics::{Vec3f, vec3f};
+use optics::{Vec3f, Vec4f, vec3f, vec4f};
 
 /// Mean cosines of phase functions.
 pub fn anisotropy(i: &mut Inputs) -> f32 {
@@ -92,4 +93,27 @@ pub fn moments(i: &mut Inputs) -> Moments {
 
 pub fn sampler(i: &mut Inputs) -> PixelSampler {
     PixelSampler { kind: sampler_kind(i), scramble: bits(i), index: i.below(1 << 20) as u32 }
+}
+
+/// Probabilities of a node's children, which sum to one; none of them below a twentieth.
+pub fn quad_weights(i: &mut Inputs) -> Vec4f {
+    let all = [0; 4].map(|_| i.between(0.05, 1.0));
+    let sum: f32 = all.iter().sum();
+    let [x, y, z, w] = all.map(|weight| weight / sum);
+    vec4f(x, y, z, w)
+}
+
+/// Probabilities of following a guide.
+pub fn fraction(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 0.25, 0.5]).unwrap_or_else(|| i.between(0.0, 0.75))
+}
+
+/// Some steps of a way down a tree over directions.
+pub fn guide_walk(i: &mut Inputs) -> GuideWalk {
+    (0..i.below(4)).fold(guiding::guide_walk(unit2(i)), |walk, _| guide_walk_step(walk, quad_weights(i)))
+}
+
+pub fn guide_descent(i: &mut Inputs) -> GuideDescent {
+    let begin = guiding::guide_descent(direction(i));
+    (0..i.below(4)).fold(begin, |descent, _| guide_descent_step(descent, quad_weights(i)))
 }
