@@ -121,7 +121,7 @@ fn follow(
 ) -> u64 {
     scene.guide = learner.is_some().then(|| guide.clone());
     scene.learner = learner;
-    let rays = passes::render(scene, view, samples, film, control);
+    let rays = passes::render(scene, view, samples, film, None, control);
     (scene.guide, scene.learner) = (None, None);
     rays
 }
