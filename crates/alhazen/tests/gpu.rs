@@ -126,7 +126,7 @@ fn every_setting_path() {
         splitting: 3,
         mis: Mis::Bsdf,
         clamp_indirect: Some(1.0),
-        caustics: alhazen::Switch::Off,
+        caustics: Switch::Off,
         guiding: Switch::Off,
     };
     let mut job = Job {

@@ -87,7 +87,7 @@ fn settings(scene: &Scene) -> Job {
         splitting: 2,
         mis: Mis::Balance,
         clamp_indirect: Some(1.0),
-        caustics: alhazen::Switch::Off,
+        caustics: Switch::Off,
         guiding: Switch::Off,
     };
     Job {

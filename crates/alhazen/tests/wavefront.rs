@@ -143,7 +143,7 @@ fn every_setting_is_the_same() {
         splitting: 3,
         mis: Mis::Light,
         clamp_indirect: Some(1.0),
-        caustics: alhazen::Switch::Off,
+        caustics: Switch::Off,
         guiding: Switch::Off,
     };
     let mut job = Job {

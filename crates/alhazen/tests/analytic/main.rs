@@ -398,7 +398,7 @@ fn roulette_does_not_change_a_furnace() {
             splitting,
             mis: Mis::Power,
             clamp_indirect: None,
-            caustics: alhazen::Switch::Off,
+            caustics: Switch::Off,
             guiding: Switch::Off,
         };
         let job = Job { integrator: Integrator::Path(settings), ..job(&scene, 32, 32, 200) };
