@@ -29,6 +29,7 @@ pub fn run(args: &DocsArgs) -> anyhow::Result<()> {
     realtime()?;
     volumes()?;
     motion_blur()?;
+    caustics()?;
     explained_path()?;
     learn::pictures()?;
     denoising()?;
@@ -92,6 +93,25 @@ fn motion_blur() -> anyhow::Result<()> {
     command.current_dir(root()).args(["render", "docs/scenes/motion-blur.toml", "--backend", "cpu"]);
     command.args(["--spp", "200", "--denoise", "--width", "480", "--height", "270"]);
     run_command(command.args(["--output", "docs/images/motion-blur.png"]))
+}
+
+/// Light by mirrors and through glass, found by paths alone and with photons, in about the same time.
+fn caustics() -> anyhow::Result<()> {
+    for (scene, photons) in [("ring", "56"), ("pool", "32")] {
+        for (technique, switch, spp) in [("path", "off", "160"), ("photons", "on", photons)] {
+            let mut command = Command::new(release_binary()?);
+            command.current_dir(root()).args([
+                "render",
+                &format!("docs/scenes/{scene}.toml"),
+                "--backend",
+                "cpu",
+            ]);
+            command.args(["--caustics", switch, "--spp", spp, "--width", "400", "--height", "225"]);
+            command.args(["--output", &format!("docs/images/caustics-{scene}-{technique}.png")]);
+            run_command(&mut command)?;
+        }
+    }
+    Ok(())
 }
 
 /// A path drawn over its picture.
