@@ -1,6 +1,6 @@
 //! The gizmo: handles over the picture that move, turn and scale what is selected.
 //!
-//! [`lens`] says where the world is in the window, [`handle`] which handles there are, [`motion`] what a drag of one means,
+//! `lens` says where the world is in the window, `handle` which handles there are, `motion` what a drag of one means,
 //! [`markers`] how lights and cameras are seen,
 //! [`compass`] where the world's axes point. Nothing here changes a scene; [`crate::viewer`] does.
 
