@@ -25,7 +25,8 @@ impl Display {
         }
         let program = std::env::var_os("ALHAZEN_XVFB").unwrap_or_else(|| "Xvfb".into());
         let mut command = Command::new(program);
-        command.args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"]);
+        // The pointer rests in the middle, which is to be outside the window: no tool-tip covers the picture.
+        command.args(["-displayfd", "1", "-screen", "0", "1900x1400x24", "-nolisten", "tcp"]);
         let server = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let Ok(mut server) = server else {
             testkit::skip_without_tool(test, "there is no Xvfb; `cargo xtask test` sets it up");
