@@ -1,23 +1,18 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, views.
 
-use crate::fetch::filter::AlphaFilter;
 use crate::guided::prepare::Guides;
-use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
 use crate::schedule::passes;
 use crate::schedule::photon_passes::{self, PhotonPasses};
 use crate::schedule::pixel_list;
-use crate::schedule::row_blocks::{FirstHits, RowBlock, Work};
-use crate::shade::path_batch::PathBatch;
 use crate::views;
-use accel::{Opaque, Quality};
+use accel::Quality;
 use backend::{
     Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, ViewBatch,
     ViewPictures, check_media, check_pixels,
 };
-use film::{Film, PixelStats};
+use film::Film;
 use scene::tables::{Changes, SceneTables};
-use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -237,30 +232,6 @@ impl Backend for CpuBackend {
     fn film(&mut self) -> Result<Option<&Film>, BackendError> {
         Ok(self.film.as_ref().map(|(_, film)| film))
     }
-}
-
-thread_local! {
-    /// Scratch memory of each worker, kept from block to block.
-    static BATCH: RefCell<PathBatch> = RefCell::default();
-}
-
-/// Renders a piece of work on this thread; returns the number of rays. Picks the kernel for the scene: alpha tests cost
-/// nothing where no surface has holes.
-pub(crate) fn render_work(
-    scene: &CpuScene,
-    view: &View,
-    photons: Option<&PhotonMap>,
-    work: Work,
-    pixels: &mut [PixelStats],
-    aovs: &mut FirstHits,
-) -> u64 {
-    BATCH.with_borrow_mut(|batch| {
-        if scene.tables.has_alpha {
-            RowBlock { scene, view, filter: &AlphaFilter(scene), photons, work }.render(pixels, aovs, batch)
-        } else {
-            RowBlock { scene, view, filter: &Opaque, photons, work }.render(pixels, aovs, batch)
-        }
-    })
 }
 
 /// What keeps frames and draws them by a rasteriser is not written for processors.

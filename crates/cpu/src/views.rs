@@ -1,10 +1,10 @@
 //! Batches of views: blocks of rows of all of them are shared by the threads, whichever view they belong to.
 
-use crate::backend::render_work;
 use crate::fetch::filter::AlphaFilter;
 use crate::fetch::surface::Surface;
 use crate::scene::{CpuScene, vec3};
 use crate::schedule::row_blocks::{FirstHits, Work};
+use crate::schedule::work::render_work;
 use crate::shade::closures::surface_albedo;
 use accel::{Coherence, Hit, MISS, Opaque, Ray};
 use backend::{Control, View, ViewBatch, ViewLayer, ViewPictures, ViewValues};

@@ -4,3 +4,4 @@ pub(crate) mod passes;
 pub(crate) mod photon_passes;
 pub(crate) mod pixel_list;
 pub(crate) mod row_blocks;
+pub(crate) mod work;

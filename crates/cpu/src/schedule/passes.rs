@@ -4,11 +4,11 @@
 //! it queues up behind the others for the next one: so the picture grows evenly, and yet nobody waits for the slowest
 //! block of each pass. The last blocks of all are cut into halves as long as there are threads without work.
 
-use crate::backend::render_work;
 use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
 use crate::schedule::photon_passes::PhotonPasses;
 use crate::schedule::row_blocks::{BLOCK_ROWS, FirstHits, Work};
+use crate::schedule::work::render_work;
 use backend::{Control, View};
 use crossbeam_deque::{Injector, Steal};
 use film::{Film, PixelStats};

@@ -4,11 +4,11 @@
 //! into pieces of equal work, each of which has estimates of its own; they are added to the film when they are done, in
 //! any order, since the film's sums are exact.
 
-use crate::backend::render_work;
 use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
 use crate::schedule::photon_passes::PhotonPasses;
 use crate::schedule::row_blocks::{BLOCK_COLUMNS, BLOCK_ROWS, FirstHits, Work};
+use crate::schedule::work::render_work;
 use backend::{Control, PixelSamples, View};
 use film::{Film, PixelStats};
 use optics::photons::{SAMPLES_PER_PASS, photon_pass};
