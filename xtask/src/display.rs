@@ -112,7 +112,7 @@ fn unpack(folder: &Path) -> anyhow::Result<()> {
 }
 
 #[cfg(unix)]
-fn make_executable(path: &Path) -> anyhow::Result<()> {
+pub fn make_executable(path: &Path) -> anyhow::Result<()> {
     use std::os::unix::fs::PermissionsExt;
     std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o755))?;
     Ok(())
@@ -124,7 +124,7 @@ fn link_to(target: &Path, link: &Path) -> anyhow::Result<()> {
 }
 
 #[cfg(not(unix))]
-fn make_executable(_: &Path) -> anyhow::Result<()> {
+pub fn make_executable(_: &Path) -> anyhow::Result<()> {
     anyhow::bail!("there are no packages of Xvfb for this system")
 }
 

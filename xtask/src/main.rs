@@ -23,6 +23,7 @@ mod tables;
 mod test;
 mod test_programs;
 mod vulkan;
+mod web;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -49,6 +50,7 @@ enum Command {
     Package(Box<package::PackageArgs>),
     Python(python::PythonArgs),
     Vulkan(vulkan::VulkanArgs),
+    Web(web::WebArgs),
 }
 
 fn main() -> ExitCode {
@@ -64,6 +66,7 @@ fn main() -> ExitCode {
         Command::Package(args) => package::run(&args),
         Command::Python(args) => python::run(&args),
         Command::Vulkan(args) => vulkan::run(&args),
+        Command::Web(args) => web::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

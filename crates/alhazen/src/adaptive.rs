@@ -4,7 +4,8 @@ use crate::renderer::{Limits, Renderer, Summary, check_view};
 use backend::{AdaptiveRounds, BackendError, Control, PixelSamples, Stats, View};
 use elementary::powi;
 use film::{Allocation, Film, PixelStats};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// How samples are spread over a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

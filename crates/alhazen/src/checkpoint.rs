@@ -2,7 +2,8 @@
 
 use film::{Part, PartError};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// A file that holds what there is of a picture, and when to write it.
 ///

@@ -37,8 +37,10 @@ mod job;
 mod memory;
 mod memory_limit;
 mod metadata;
+pub mod navigation;
 pub mod output;
 mod part;
+mod path_lines;
 mod projection;
 mod renderer;
 mod sandbox;
@@ -82,6 +84,7 @@ pub use memory::{available_memory_bytes, memory_bytes, open_files, peak_memory_b
 pub use memory_limit::MemoryLimit;
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
+pub use path_lines::{PathLine, PathLineKind, path_lines};
 pub use post::{DenoiseError, Frame, FrameError, History, NoisyPicture, OidnError, Surface, ToneMapping};
 pub use projection::{depth_along_axis, picture_point};
 pub use renderer::{BACKENDS, Limits, Renderer, Summary};
@@ -93,7 +96,7 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraKey, CameraPath, Checkerboard, Clip, ColorSpace,
-    Daylight, DensityGrid, Distortion, Environment, Fog, Group, GroupId, Groups, Instance, InstanceId,
+    Daylight, DensityGrid, Distortion, Environment, Fog, GivenFiles, Group, GroupId, Groups, Instance, InstanceId,
     Interior, LAYER_NUMBERS, LayerNumber, Layers, Light, LightKind, LightParameter, LightProfile, LoadError,
     LoadOptions, LoadReport, Loaded, Material, MaterialId, Medium, Mesh, Model, Motion, Note, Photometry,
     Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults, Rolling, Scene,

@@ -12,8 +12,10 @@ use optics::camera::CameraFrame;
 use post::NetworkInput;
 use scene::Scene;
 use scene::tables::{Changes, SceneTables};
+use std::ops::Range;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Names of all back ends that this build has.
 pub const BACKENDS: &[&str] = &["cpu", "gpu-bvh", "gpu-query", "gpu-pipeline"];
@@ -271,6 +273,27 @@ impl Renderer {
                 .map_err(|reason| BackendError::View { reason: format!("view {number}: {reason}") })?;
         }
         self.backend.render_views(batch, control)
+    }
+
+    /// Adds a sample, that of index `sample`, to each pixel of some rows of a view's window: for programs that have only one
+    /// thread and must not be away for long. The picture is the same as by whole passes.
+    ///
+    /// - `rows`: of the window, from its upper edge; those beyond its lower edge are left out.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_rows(
+        &mut self,
+        view: &View,
+        rows: Range<u32>,
+        sample: u32,
+        control: &Control,
+    ) -> Result<Stats, BackendError> {
+        check_view(view)?;
+        let rows = rows.start..rows.end.min(view.window.height);
+        let pixels = rows.start * view.window.width..rows.end * view.window.width;
+        let one = |pixel| PixelSamples { pixel, first: sample, count: 1 };
+        self.backend.render_pixels(view, &pixels.map(one).collect::<Vec<_>>(), control)
     }
 
     /// Adds samples to some pixels of a view that was checked before.

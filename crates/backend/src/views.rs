@@ -145,14 +145,14 @@ impl ViewBatch {
     /// [`BackendError::View`] that says what cannot be.
     pub fn check(&self) -> Result<(), BackendError> {
         /// Most values of a layer: what its arrays may hold on every machine.
-        const MOST_VALUES: usize = 1 << 40;
+        const MOST_VALUES: u64 = 1 << 40;
         let bad = |reason: String| Err(BackendError::View { reason });
         let View { width, height, .. } = self.view;
         let (all, next) = (self.cameras.len(), self.next.len());
         if width == 0 || height == 0 || width > 1 << 14 || height > 1 << 14 {
             return bad(format!("views of {width}×{height} pixels are not possible"));
         }
-        if self.pixels().checked_mul(3 * all).is_none_or(|values| values > MOST_VALUES) {
+        if self.pixels().checked_mul(3 * all).is_none_or(|values| values as u64 > MOST_VALUES) {
             return bad(format!("{all} views of {width}×{height} pixels are too many for one call"));
         }
         let flow = self.layers.contains(&ViewLayer::Flow);

@@ -5,6 +5,7 @@ use crate::scene::CpuScene;
 use crate::schedule::passes;
 use crate::schedule::photon_passes::{self, PhotonPasses};
 use crate::schedule::pixel_list;
+use crate::threads::Threads;
 use crate::views;
 use accel::Quality;
 use backend::{
@@ -14,11 +15,11 @@ use backend::{
 use film::Film;
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Renders on every core of the machine; always there.
 pub struct CpuBackend {
-    threads: rayon::ThreadPool,
+    threads: Threads,
     quality: Quality,
     scene: Option<CpuScene>,
     film: Option<(View, Film)>,
@@ -33,7 +34,7 @@ impl CpuBackend {
     /// # Errors
     /// When the system refuses to make threads.
     pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
-        let threads = thread_pool(threads)?;
+        let threads = Threads::new(threads)?;
         Ok(Self {
             threads,
             quality: Quality::Balanced,
@@ -78,20 +79,13 @@ impl CpuBackend {
     }
 }
 
-/// `threads` threads; `None` is one for each core.
-pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, BackendError> {
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
-    let pool = builder.thread_name(|i| format!("alhazen-{i}")).build();
-    pool.map_err(|e| BackendError::View { reason: format!("cannot start threads: {e}") })
-}
-
 impl Backend for CpuBackend {
     fn name(&self) -> &'static str {
         "cpu"
     }
 
     fn describe(&self) -> String {
-        format!("CPU, {:?}, {} threads", accel::InstructionSet::best(), self.threads.current_num_threads())
+        format!("CPU, {:?}, {} threads", accel::InstructionSet::best(), self.threads.count())
     }
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {

@@ -19,6 +19,7 @@ mod scene;
 mod schedule;
 mod shade;
 mod simd;
+mod threads;
 mod views;
 
 pub use backend::CpuBackend;

@@ -3,7 +3,7 @@
 use crate::load::scene_file::{self, Parameter, Parameters};
 use crate::{LoadError, LoadOptions, Loaded};
 use std::path::Path;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Name and text of every built-in scene; the first is what is rendered when nothing is named.
 const SCENES: [(&str, &str); 11] = [

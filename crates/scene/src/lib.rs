@@ -58,7 +58,7 @@ pub use layers::{
     Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LAYER_NUMBERS, LayerNumber, Layers, Sheen,
 };
 pub use light::{Light, LightKind, LightParameter};
-pub use load::{LoadError, LoadOptions, Loaded};
+pub use load::{GivenFiles, LoadError, LoadOptions, Loaded};
 pub use material::{AlphaMode, Checkerboard, Interior, Material, Model};
 pub use medium::{DensityGrid, Fog, Medium};
 pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};

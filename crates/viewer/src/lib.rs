@@ -15,7 +15,6 @@ pub mod gizmo;
 pub mod history;
 pub mod integrators;
 pub mod loading;
-pub mod navigation;
 pub mod node_previews;
 pub mod numbers;
 pub mod outliner;
@@ -34,6 +33,7 @@ pub mod watch;
 mod window;
 pub mod worker;
 
+pub use alhazen::navigation;
 pub use window::{Options, PlainWindow, SurfaceError, ViewerError, run};
 
 /// Whether there is a display that a window could be opened on.

@@ -4,7 +4,7 @@ use super::todo::Todo;
 use backend::{Backend, BackendError, Control, Integrator, LoadStats, Stats, Switch, View};
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 /// How much slower a processor is thought to be than the fastest device before it is measured: it shall not keep others
 /// waiting at the end.

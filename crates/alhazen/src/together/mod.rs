@@ -19,7 +19,8 @@ use post::NetworkInput;
 use scene::tables::{Changes, SceneTables};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 use todo::Todo;
 
 /// How often progress is told, and cancelling heard.

@@ -5,7 +5,8 @@ use super::member::add;
 use backend::{BackendError, Control, Stats, ViewBatch, ViewPictures, ViewValues};
 use std::ops::Range;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// The views of a batch in equal parts, as many as there are members.
 fn parts(count: usize, members: usize) -> Vec<Range<usize>> {

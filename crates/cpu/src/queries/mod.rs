@@ -10,6 +10,7 @@ pub use point::SurfacePoint;
 
 use crate::fetch::filter::AlphaFilter;
 use crate::scene::CpuScene;
+use crate::threads::Threads;
 use accel::{Coherence, Hit, MISS, Opaque, Quality, Ray};
 use backend::{BackendError, Control};
 use rayon::prelude::*;
@@ -23,7 +24,7 @@ const PIECE: usize = 4096;
 /// A scene that answers what rays hit, on all cores. Surfaces with holes (alpha masks and coverage) let rays through
 /// there, as in pictures.
 pub struct RayQueries {
-    threads: rayon::ThreadPool,
+    threads: Threads,
     scene: CpuScene,
     /// For each binding, the number that its first primitive has in the user's mesh.
     first_in_mesh: Vec<u32>,
@@ -43,7 +44,7 @@ impl RayQueries {
     /// When the system refuses to make threads.
     pub fn new(tables: impl Into<Arc<SceneTables>>, threads: Option<usize>) -> Result<Self, BackendError> {
         let tables = tables.into();
-        let threads = crate::backend::thread_pool(threads)?;
+        let threads = Threads::new(threads)?;
         let first_in_mesh = first_in_mesh(&tables);
         let scene = threads.install(|| CpuScene::new(tables, Quality::Balanced));
         Ok(Self { threads, scene, first_in_mesh })
@@ -51,7 +52,7 @@ impl RayQueries {
 
     /// The number of threads.
     pub fn threads(&self) -> usize {
-        self.threads.current_num_threads()
+        self.threads.count()
     }
 
     /// The scene's tables.

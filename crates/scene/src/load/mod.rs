@@ -3,6 +3,7 @@
 mod cube_map;
 pub mod environment;
 mod error;
+mod given;
 pub mod gltf;
 pub mod ies;
 mod loaded;
@@ -21,12 +22,13 @@ pub mod vol;
 mod wording;
 
 pub use error::LoadError;
+pub use given::GivenFiles;
 pub use loaded::Loaded;
 pub use options::{FilesRead, LoadOptions};
 
 use crate::report::Severity;
 use std::path::Path;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Loads a scene from a file, by its name's ending.
 ///

@@ -1,5 +1,6 @@
 //! How a file is loaded.
 
+use super::given::GivenFiles;
 use super::session::Session;
 use crate::scene::Scene;
 use crate::settings::ShadowTerminator;
@@ -38,6 +39,8 @@ pub struct LoadOptions {
     /// Whether light is gathered on the triangles of smooth meshes whatever the scene says; see
     /// [`crate::RenderDefaults::shadow_terminator`].
     pub exact_terminator: bool,
+    /// Files in memory, which come before those on disk.
+    pub given_files: GivenFiles,
     /// Every file that was read, to be kept from being overwritten. Clones share the list.
     pub files_read: FilesRead,
     /// Files that the scene asked for and that are there, but elsewhere than it may read: for whoever can be asked whether it
@@ -56,6 +59,7 @@ impl Default for LoadOptions {
             max_texture_size: 8192,
             max_file_size: 8 << 30,
             variant: None,
+            given_files: GivenFiles::default(),
             files_read: FilesRead::default(),
             files_refused: FilesRead::default(),
             allowed_paths: Vec::new(),

@@ -5,11 +5,11 @@ use crate::commands::render::check_output;
 use crate::exit::Exit;
 use alhazen::output::Format;
 use alhazen::{
-    Control, Denoiser, Image, Job, LightVisibility, Limits, NoisyPicture, PathRecord, ProtectedFiles,
-    Renderer, VertexPlace, VertexRecord, View, picture_point,
+    Control, Denoiser, Image, Job, Limits, NoisyPicture, PathLineKind, PathRecord, ProtectedFiles, Renderer,
+    View, path_lines,
 };
 use anyhow::{anyhow, ensure};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use std::path::Path;
 
 /// Samples of the picture below.
@@ -18,8 +18,6 @@ const SPP: u32 = 8;
 const DIMMED: f32 = 0.4;
 /// Width of lines, pixels of a picture that is 640 wide.
 const LINE: f64 = 1.6;
-/// How far paths are drawn that leave the scene, as a multiple of their length until then.
-const OUTWARDS: f64 = 2.0;
 
 const SEGMENT: [f32; 3] = [0.35, 0.75, 1.0];
 const TO_LIGHT: [f32; 3] = [1.0, 0.85, 0.25];
@@ -74,45 +72,15 @@ struct Canvas<'a> {
 
 impl Canvas<'_> {
     fn draw_path(&mut self, path: &PathRecord) {
-        let mut from = vector(path.origin);
-        let mut length = 0.0;
-        for (i, vertex) in path.vertices.iter().enumerate() {
-            let strength = brightness(vertex);
-            let to = match &vertex.place {
-                VertexPlace::Surface(surface) => vector(surface.position),
-                VertexPlace::Distant => from + vector(vertex.direction) * (OUTWARDS * f64::max(length, 1.0)),
+        for line in path_lines(path) {
+            let color = match line.kind {
+                PathLineKind::Segment => SEGMENT,
+                PathLineKind::ToLight => TO_LIGHT,
+                PathLineKind::Occluded => OCCLUDED,
             };
-            if i > 0 {
-                self.draw_line(from, to, SEGMENT, strength);
-            }
-            length += (to - from).length();
-            self.draw_light_sample(vertex, to, length);
-            from = to;
-        }
-    }
-
-    fn draw_light_sample(&mut self, vertex: &VertexRecord, from: DVec3, length: f64) {
-        let Some(sample) = &vertex.light_sample else { return };
-        let color = match sample.visibility {
-            LightVisibility::Visible => TO_LIGHT,
-            LightVisibility::Occluded => OCCLUDED,
-            LightVisibility::Behind | LightVisibility::Dark => return,
-        };
-        let distance = f64::from(sample.distance);
-        let distance = if distance.is_finite() { distance } else { OUTWARDS * length };
-        self.draw_line(from, from + vector(sample.direction) * distance, color, brightness(vertex));
-    }
-
-    /// Draws a line between two points of the scene, in short pieces: cameras may bend it.
-    fn draw_line(&mut self, from: DVec3, to: DVec3, color: [f32; 3], strength: f32) {
-        const PIECES: u32 = 64;
-        let origin = vector(self.view.camera.origin.to_array());
-        let point = |i: u32| {
-            let at = from.lerp(to, f64::from(i) / f64::from(PIECES));
-            picture_point(&self.view.camera, self.view.width, self.view.height, at - origin)
-        };
-        for i in 0..PIECES {
-            if let (Some(a), Some(b)) = (point(i), point(i + 1)) {
+            // By the throughput, never so weakly that it cannot be seen.
+            let strength = line.throughput.clamp(0.0, 1.0).sqrt().max(0.25);
+            for [a, b] in line.in_picture(self.view) {
                 self.draw_piece(a, b, color, strength);
             }
         }
@@ -145,14 +113,4 @@ impl Canvas<'_> {
             }
         }
     }
-}
-
-/// How strongly a vertex's lines are drawn: by the throughput there, never so weakly that they cannot be seen.
-fn brightness(vertex: &VertexRecord) -> f32 {
-    let largest = vertex.throughput.iter().fold(0.0, |a: f32, b| a.max(*b));
-    largest.clamp(0.0, 1.0).sqrt().max(0.25)
-}
-
-fn vector(v: [f32; 3]) -> DVec3 {
-    DVec3::from(v.map(f64::from))
 }

@@ -4,7 +4,8 @@ use crate::LoadError;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Counts what a scene will take until it is rendered: its files, its objects, and their rows in tables and
 /// acceleration structures.

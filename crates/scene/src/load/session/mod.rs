@@ -119,6 +119,9 @@ impl LoadOptions {
     pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
         match &self.session.0 {
             Some(state) => {
+                if let Some(bytes) = self.given_files.find(path) {
+                    return self.copy_given(path, bytes);
+                }
                 let bytes = state.confinement.read(path, self.max_file_size, &state.budget);
                 match bytes {
                     Ok(_) => self.files_read.add(path),
@@ -130,10 +133,20 @@ impl LoadOptions {
         }
     }
 
+    /// The content of a file that the program has in memory, as if it were read.
+    fn copy_given(&self, path: &Path, bytes: &[u8]) -> Result<Vec<u8>, LoadError> {
+        let (size, limit) = (bytes.len() as u64, self.max_file_size);
+        if size > limit {
+            return Err(LoadError::TooLarge { path: path.to_owned(), what: "the file".into(), size, limit });
+        }
+        self.budget().take(size, "files")?;
+        Ok(bytes.to_vec())
+    }
+
     /// Whether the scene may read a regular file of this name. What it may not read is not there, as far as it can tell.
     pub(crate) fn is_file(&self, path: &Path) -> bool {
         let Some(state) = &self.session.0 else { return false };
-        let is_file = state.confinement.is_file(path);
+        let is_file = self.given_files.find(path).is_some() || state.confinement.is_file(path);
         if !is_file {
             self.note_refused(state, path);
         }

@@ -1,7 +1,8 @@
-//! How a camera follows the mouse and the keyboard. Nothing here knows a window.
+//! How a camera follows the mouse, the fingers and the keyboard, whatever the window is.
 
-use alhazen::{Camera, CameraPath, Projection};
+use elementary::{atan, atan2, hypot, pow, tan};
 use glam::{Quat, Vec2, Vec3};
+use scene::{Camera, CameraPath, Projection};
 use std::f32::consts::{PI, TAU};
 
 /// Directions nearer to the pole than this (radians) are not reached: there is no "up" beyond.
@@ -50,7 +51,7 @@ pub fn pan(camera: &mut Camera, drag: Vec2) {
 
 /// Goes towards the target, `steps` notches of a wheel; negative goes away. Each notch is a tenth of the distance.
 pub fn dolly(camera: &mut Camera, steps: f32) {
-    let factor = 0.9f32.powf(steps.clamp(-60.0, 60.0));
+    let factor = pow(0.9f32, steps.clamp(-60.0, 60.0));
     if let Projection::Orthographic { height } = &mut camera.projection {
         *height = (*height * factor).clamp(1e-6, 1e9);
     }
@@ -96,10 +97,10 @@ pub fn toggle_projection(camera: &mut Camera) {
     let distance = (camera.target - camera.eye).length().max(NEAREST);
     camera.projection = match camera.projection {
         Projection::Perspective { fov_y } => {
-            Projection::Orthographic { height: 2.0 * distance * (fov_y * 0.5).tan() }
+            Projection::Orthographic { height: 2.0 * distance * tan(fov_y * 0.5) }
         }
         Projection::Orthographic { height } => {
-            let fov_y = (2.0 * (0.5 * height / distance).atan()).clamp(0.02, PI - 0.02);
+            let fov_y = (2.0 * atan(0.5 * height / distance)).clamp(0.02, PI - 0.02);
             Projection::Perspective { fov_y }
         }
         _ => Projection::Perspective { fov_y: 45f32.to_radians() },
@@ -114,11 +115,11 @@ pub fn orbit_path(camera: &Camera, bob: f32, period: f32) -> CameraPath {
     let offset = camera.eye - camera.target;
     CameraPath::Orbit {
         center: camera.target,
-        radius: offset.x.hypot(offset.z).max(NEAREST),
+        radius: hypot(offset.x, offset.z).max(NEAREST),
         height: offset.y,
         bob,
         period,
-        start: offset.x.atan2(offset.z).rem_euclid(TAU),
+        start: atan2(offset.x, offset.z).rem_euclid(TAU),
     }
 }
 
@@ -201,7 +202,7 @@ mod tests {
         let (low, high) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(3.0, 6.0, 5.0));
         let mut c = camera();
         frame(&mut c, low, high);
-        let f = alhazen::camera_frame(&c, 100, 100);
+        let f = crate::camera_frame(&c, 100, 100);
         for corner in 0..8 {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
             let v = Vec3::new(pick(0), pick(1), pick(2)) - c.eye;

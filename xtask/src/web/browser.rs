@@ -1,0 +1,69 @@
+//! The page in a headless browser.
+
+use super::serve::Server;
+use crate::shell::{cargo, run, target_dir};
+use anyhow::{Context, bail, ensure};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+/// How long a browser may take for a picture, or for a part of the test.
+const LIMIT: Duration = Duration::from_secs(300);
+
+/// A browser that ends with this value.
+struct Browser(Child);
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Opens the page's test, and compares its pictures with those that the crate makes on this machine.
+pub fn test(page: &Path, browser: &Path) -> anyhow::Result<()> {
+    let pictures = target_dir()?.join("web-test");
+    let _ = std::fs::remove_dir_all(&pictures);
+    std::fs::create_dir_all(&pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
+    run(cargo(&["run", "--quiet", "--package", "web", "--example", "pictures", "--"]).arg(&pictures))?;
+    let server = Server::start(page, 0)?;
+    let profile = pictures.join("profile");
+    let _browser = Browser(
+        Command::new(browser)
+            .args(["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-sync"])
+            .args(["--disable-background-networking", "--disable-component-update", "--window-size=1280,800"])
+            .arg(format!("--user-data-dir={}", profile.display()))
+            .arg(format!("{}test.html", server.address()))
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .with_context(|| format!("cannot start {}", browser.display()))?,
+    );
+    let list = server.receive("list", LIMIT)?;
+    let names: Vec<String> = serde_json::from_slice(&list).context("the page's list of pictures")?;
+    let mut different = Vec::new();
+    for name in &names {
+        let of_page = server.receive(name, LIMIT)?;
+        let file = pictures.join(name);
+        let own = std::fs::read(&file).with_context(|| format!("no {} of this machine", file.display()))?;
+        if of_page != own {
+            std::fs::write(pictures.join(format!("page-{name}")), &of_page)?;
+            different.push(name.as_str());
+        }
+        eprintln!("{name}: {}", if of_page == own { "the same bits" } else { "DIFFERENT" });
+    }
+    ensure!(names.len() > 8, "the page made only {} pictures", names.len());
+    ensure!(different.is_empty(), "other pictures than on this machine: {}", different.join(", "));
+    let report = String::from_utf8(server.receive("report", LIMIT)?).context("the page's report")?;
+    let report: serde_json::Value = serde_json::from_str(&report).context("the page's report")?;
+    for line in report["passed"].as_array().into_iter().flatten() {
+        eprintln!("passed: {}", line.as_str().unwrap_or_default());
+    }
+    let failed: Vec<_> = report["failed"].as_array().into_iter().flatten().filter_map(|f| f.as_str()).collect();
+    if !failed.is_empty() {
+        bail!("{}", failed.join("; "));
+    }
+    ensure!(report["passed"].as_array().is_some_and(|p| p.len() >= 8), "the page tested next to nothing: {report}");
+    Ok(())
+}
