@@ -42,23 +42,32 @@ const open = (name, files) => attempt(async () => {
   at("camera").disabled = opened.cameras.length < 2;
   at("notes").replaceChildren(...opened.notes.map((note) => Object.assign(document.createElement("li"), { textContent: note })));
   at("notes-part").hidden = opened.notes.length === 0;
-  for (const control of document.querySelectorAll("[data-setting]")) if (control.dataset.touched) await set(control);
-  await setExposure();
+  for (const control of document.querySelectorAll("[data-setting]")) {
+    if (control.dataset.touched) await set(control);
+    else show(control, opened.settings[control.dataset.setting]);
+  }
+  if (at("exposure").dataset.touched) await setExposure();
+  else at("exposure").value = Math.log2(opened.settings.exposure);
 });
+
+/** Shows a setting that the scene has itself. */
+function show(control, value) {
+  if (control.type === "checkbox") control.checked = value === "true";
+  else control.value = value;
+}
 
 /** A setting's control tells the renderer. */
 const set = (control) => {
   const value = control.type === "checkbox" ? control.checked : control.value;
   return view.ask("set", control.dataset.setting, value);
 };
-const setExposure = () => at("exposure").dataset.touched ? view.ask("set", "exposure", 2 ** at("exposure").value) : undefined;
+const setExposure = () => view.ask("set", "exposure", 2 ** at("exposure").value);
 const want = () => view.ask("want", { spp: Number(at("spp").value) || 1, denoise: at("denoise").checked });
 
 /** Gives a control a value, as the reader would. */
 function put(name, value) {
   const control = document.querySelector(`[data-setting="${name}"]`) ?? at(name);
-  if (control.type === "checkbox") control.checked = value === true || value === "true";
-  else control.value = value;
+  show(control, String(value));
   control.dataset.touched = "1";
   return control;
 }
@@ -175,6 +184,8 @@ at("lesson").addEventListener("change", () => begin(LESSONS[at("lesson").value])
 /** Opens the scene of a lesson, and offers its steps. */
 const begin = (lesson) => attempt(async () => {
   if (!lesson) return at("lesson-text").replaceChildren();
+  // A lesson begins with what its scene asks for.
+  for (const control of document.querySelectorAll("[data-touched]")) delete control.dataset.touched;
   const files = lesson.file ? [await fetchFile(lesson.file)] : undefined;
   const text = document.createElement("p");
   const more = Object.assign(document.createElement("a"), { href: chapter(lesson), textContent: "The chapter", rel: "noopener" });

@@ -3,7 +3,7 @@
 use crate::explanation::Explanation;
 use crate::picture::{Shown, linear};
 use crate::progressive::Progressive;
-use crate::settings::{Setting, SettingError};
+use crate::settings::{Setting, SettingError, settings_of};
 use alhazen::{
     BackendError, Camera, DenoiseFilmError, Environment, ExrCompression, ExrFile, GivenFiles, ImageError, Job, LoadError, LoadOptions, LoadReport, NoisyPicture,
     Precision, RayQueries, Renderer, Scene, Source, add_daylight_if_dark, builtin, check_default_camera,
@@ -11,6 +11,7 @@ use alhazen::{
 };
 use glam::{Vec2, Vec3};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 use web_time::Duration;
 
@@ -58,6 +59,8 @@ pub struct Opened {
     pub cameras: Vec<String>,
     /// What was ignored, repaired or approximated.
     pub notes: Vec<String>,
+    /// What the scene asks for itself, or what is usual, by the names of [`Setting`].
+    pub settings: BTreeMap<&'static str, String>,
 }
 
 /// A scene that is looked at.
@@ -120,6 +123,7 @@ impl Session {
             triangles: scene.instanced_triangles(),
             cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
             notes: loaded.report.notes.iter().map(ToString::to_string).collect(),
+            settings: settings_of(&job),
         };
         let progressive = Progressive::new(&job);
         self.open = Some(Open { scene, job, progressive, queries: None });
@@ -250,8 +254,7 @@ impl Session {
     /// Without a picture.
     pub fn exr(&mut self) -> Result<Vec<u8>, SessionError> {
         let film = self.renderer.film()?.ok_or(SessionError::NoScene)?;
-        let mut file = ExrFile::from_film(film, Precision::Half);
-        file.push_aovs(film);
+        let file = ExrFile::from_film(film, Precision::Half);
         Ok(file.into_bytes(Path::new("picture.exr"), ExrCompression::default())?)
     }
 

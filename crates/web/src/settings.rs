@@ -4,6 +4,7 @@ use alhazen::{Integrator, Job, Mis, PathSettings, SamplerKind, ToneMapper};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use serde::de::value::Error;
+use std::collections::BTreeMap;
 
 /// A setting that cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -97,6 +98,26 @@ impl Setting {
     }
 }
 
+/// What a job's settings are, by their names: what the page's controls show.
+pub(crate) fn settings_of(job: &Job) -> BTreeMap<&'static str, String> {
+    let path = match job.integrator {
+        Integrator::Path(path) => path,
+        _ => PathSettings::default(),
+    };
+    let mapper = serde_json::to_value(job.tone.mapper).unwrap_or_default();
+    BTreeMap::from([
+        ("integrator", job.integrator.name().to_owned()),
+        ("max-depth", path.max_depth.to_string()),
+        ("roulette-start", path.roulette_start.to_string()),
+        ("splitting", path.splitting.to_string()),
+        ("mis", path.mis.name().to_owned()),
+        ("sampler", job.sampler.name().to_owned()),
+        ("single-scatter", job.single_scatter.to_string()),
+        ("exposure", job.tone.exposure.to_string()),
+        ("tonemap", mapper.as_str().unwrap_or_default().to_owned()),
+    ])
+}
+
 /// Changes the settings of paths, which are the usual ones where the job had another integrator.
 fn with_path(job: &mut Job, change: impl FnOnce(&mut PathSettings)) {
     let mut path = match job.integrator {
@@ -110,6 +131,18 @@ fn with_path(job: &mut Job, change: impl FnOnce(&mut PathSettings)) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_job_has_can_be_set() {
+        let scene = alhazen::Scene::default();
+        let camera = alhazen::Camera::perspective("", glam::Vec3::Z, glam::Vec3::ZERO, 1.0);
+        let mut job = Job::by_camera(&scene, camera, 8, 8);
+        let before = job.clone();
+        for (name, value) in settings_of(&job) {
+            Setting::parse(name, &value).expect(name).apply(&mut job);
+        }
+        assert_eq!(job, before);
+    }
 
     #[test]
     fn settings_have_the_names_of_the_command_line() {

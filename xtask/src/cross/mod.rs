@@ -16,8 +16,8 @@ const PLATFORMS: [(&str, &[&str]); 6] = [
     ("x86_64-pc-windows-msvc", &["cli"]),
     ("x86_64-pc-windows-gnu", &["cli"]),
     ("aarch64-unknown-linux-gnu", &["cli"]),
-    // Without files, threads and windows of its own.
-    ("wasm32-unknown-unknown", &["optics", "scene", "accel", "film", "backend", "gpu", "post"]),
+    // Without files, threads and windows of its own: the page (`cargo xtask web`).
+    ("wasm32-unknown-unknown", &["web"]),
 ];
 
 /// Check that everything compiles for other platforms; with `--run`, run tests and render there.

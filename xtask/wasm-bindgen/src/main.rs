@@ -11,6 +11,8 @@ fn main() -> anyhow::Result<()> {
         .out_name("alhazen")
         .web(true)?
         .typescript(true)
+        .remove_name_section(true)
+        .remove_producers_section(true)
         .generate(folder)
         .with_context(|| format!("cannot make JavaScript of {input}"))
 }
