@@ -20,6 +20,30 @@ impl Drop for Browser {
     }
 }
 
+/// A browser without a window, which keeps what it keeps in `profile`.
+fn headless(browser: &Path, profile: &Path) -> Command {
+    let mut command = Command::new(browser);
+    command
+        .args(["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-sync"])
+        .args(["--disable-background-networking", "--disable-component-update", "--window-size=1280,800"])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    command
+}
+
+/// Takes the documentation's picture of the page.
+pub fn picture(page: &Path, browser: &Path, file: &Path) -> anyhow::Result<()> {
+    let profile = target_dir()?.join("web-test/profile");
+    let server = Server::start(page, 0)?;
+    let mut command = headless(browser, &profile);
+    command.arg(format!("--screenshot={}", file.display())).arg(format!("{}shot.html", server.address()));
+    run(&mut command)?;
+    ensure!(file.is_file(), "{} was not made", file.display());
+    Ok(())
+}
+
 /// Opens the page's test, and compares its pictures with those that the crate makes on this machine.
 pub fn test(page: &Path, browser: &Path) -> anyhow::Result<()> {
     let pictures = target_dir()?.join("web-test");
@@ -28,18 +52,9 @@ pub fn test(page: &Path, browser: &Path) -> anyhow::Result<()> {
     run(cargo(&["run", "--quiet", "--package", "web", "--example", "pictures", "--"]).arg(&pictures))?;
     let server = Server::start(page, 0)?;
     let profile = pictures.join("profile");
-    let _browser = Browser(
-        Command::new(browser)
-            .args(["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-sync"])
-            .args(["--disable-background-networking", "--disable-component-update", "--window-size=1280,800"])
-            .arg(format!("--user-data-dir={}", profile.display()))
-            .arg(format!("{}test.html", server.address()))
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .with_context(|| format!("cannot start {}", browser.display()))?,
-    );
+    let mut command = headless(browser, &profile);
+    let spawned = command.arg(format!("{}test.html", server.address())).spawn();
+    let _browser = Browser(spawned.with_context(|| format!("cannot start {}", browser.display()))?);
     let list = server.receive("list", LIMIT)?;
     let names: Vec<String> = serde_json::from_slice(&list).context("the page's list of pictures")?;
     let mut different = Vec::new();

@@ -80,6 +80,7 @@ fn write_service_worker(folder: &Path) -> anyhow::Result<()> {
             !["sw.js", "package.json"].contains(&name.as_str())
                 && !name.ends_with(".ts")
                 && !name.starts_with("test.")
+                && name != "shot.html"
         })
         .collect();
     names.sort();

@@ -21,6 +21,9 @@ pub struct WebArgs {
     /// the page has to work by mouse, by keyboard and on a phone's screen.
     #[arg(long)]
     test: bool,
+    /// Take the documentation's picture of the page, to a .png.
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// Take the page that is there already.
     #[arg(long)]
     no_build: bool,
@@ -37,6 +40,9 @@ pub fn run(args: &WebArgs) -> anyhow::Result<()> {
     }
     if args.test {
         browser::test(&page, &args.browser)?;
+    }
+    if let Some(file) = &args.picture {
+        browser::picture(&page, &args.browser, file)?;
     }
     if let Some(port) = args.serve {
         let server = serve::Server::start(&page, port)?;

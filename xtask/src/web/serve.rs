@@ -11,6 +11,9 @@ use std::time::Duration;
 /// What a page sends is no larger than this, bytes.
 const LARGEST: u64 = 64 << 20;
 
+/// No page waits longer.
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
+
 /// What pages have sent, by the name that they gave it.
 #[derive(Default)]
 struct Received {
@@ -87,6 +90,10 @@ fn answer(mut stream: TcpStream, folder: &Path, received: &Received) -> std::io:
         received.files.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), bytes);
         received.more.notify_all();
         return stream.write_all(b"HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n");
+    }
+    if let Some(seconds) = path.strip_prefix("wait/").and_then(|s| s.parse().ok()) {
+        // For pages that are not to be complete before.
+        std::thread::sleep(Duration::from_secs(seconds).min(LONGEST_WAIT));
     }
     match file(folder, &path).and_then(|file| Some((std::fs::read(&file).ok()?, content_type(&file)))) {
         Some((bytes, kind)) => {
