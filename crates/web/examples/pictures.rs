@@ -9,10 +9,7 @@ use web::{Session, scenes};
 const SIZE: (u32, u32, u32) = (64, 36, 2);
 /// A model that refers to another file, as `page/test.js` drops it.
 const DROPPED: [(&str, &str); 2] = [
-    (
-        "model/triangle.obj",
-        "mtllib triangle.mtl\nusemtl red\nv -1 0 0\nv 1 0 0\nv 0 1.5 0\nf 1 2 3\n",
-    ),
+    ("model/triangle.obj", "mtllib triangle.mtl\nusemtl red\nv -1 0 0\nv 1 0 0\nv 0 1.5 0\nf 1 2 3\n"),
     ("model/triangle.mtl", "newmtl red\nKd 0.8 0.1 0.1\n"),
 ];
 

@@ -5,9 +5,9 @@ use crate::picture::{Shown, linear};
 use crate::progressive::Progressive;
 use crate::settings::{Setting, SettingError, settings_of};
 use alhazen::{
-    BackendError, Camera, DenoiseFilmError, Environment, ExrCompression, ExrFile, GivenFiles, ImageError, Job, LoadError, LoadOptions, LoadReport, NoisyPicture,
-    Precision, RayQueries, Renderer, Scene, Source, add_daylight_if_dark, builtin, check_default_camera,
-    load_environment,
+    BackendError, Camera, DenoiseFilmError, Environment, ExrCompression, ExrFile, GivenFiles, ImageError,
+    Job, LoadError, LoadOptions, LoadReport, NoisyPicture, Precision, RayQueries, Renderer, Scene, Source,
+    add_daylight_if_dark, builtin, check_default_camera, load_environment,
 };
 use glam::{Vec2, Vec3};
 use serde::Serialize;
@@ -139,11 +139,8 @@ impl Session {
         let mut report = LoadReport::default();
         let picture = load_environment(Path::new(name), &options, &mut report)?;
         let open = self.open.as_mut().ok_or(SessionError::NoScene)?;
-        open.scene.environment = Environment::Image {
-            image: open.scene.images.len() as u32,
-            rotation: 0.0,
-            intensity: 1.0,
-        };
+        open.scene.environment =
+            Environment::Image { image: open.scene.images.len() as u32, rotation: 0.0, intensity: 1.0 };
         open.scene.images.push(picture);
         self.renderer.update(&open.scene)?;
         open.queries = None;

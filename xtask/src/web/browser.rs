@@ -49,7 +49,10 @@ pub fn test(page: &Path, browser: &Path) -> anyhow::Result<()> {
     let pictures = target_dir()?.join("web-test");
     let _ = std::fs::remove_dir_all(&pictures);
     std::fs::create_dir_all(&pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
-    run(cargo(&["run", "--quiet", "--package", "web", "--example", "pictures", "--"]).arg(&pictures))?;
+    // Of the whole workspace, so that what tests have compiled is taken.
+    run(&mut cargo(&["build", "--workspace", "--example", "pictures"]))?;
+    let example = format!("debug/examples/pictures{}", std::env::consts::EXE_SUFFIX);
+    run(Command::new(target_dir()?.join(example)).arg(&pictures))?;
     let server = Server::start(page, 0)?;
     let profile = pictures.join("profile");
     let mut command = headless(browser, &profile);
@@ -75,10 +78,14 @@ pub fn test(page: &Path, browser: &Path) -> anyhow::Result<()> {
     for line in report["passed"].as_array().into_iter().flatten() {
         eprintln!("passed: {}", line.as_str().unwrap_or_default());
     }
-    let failed: Vec<_> = report["failed"].as_array().into_iter().flatten().filter_map(|f| f.as_str()).collect();
+    let failed: Vec<_> =
+        report["failed"].as_array().into_iter().flatten().filter_map(|f| f.as_str()).collect();
     if !failed.is_empty() {
         bail!("{}", failed.join("; "));
     }
-    ensure!(report["passed"].as_array().is_some_and(|p| p.len() >= 8), "the page tested next to nothing: {report}");
+    ensure!(
+        report["passed"].as_array().is_some_and(|p| p.len() >= 8),
+        "the page tested next to nothing: {report}"
+    );
     Ok(())
 }

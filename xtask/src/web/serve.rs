@@ -31,7 +31,8 @@ pub struct Server {
 impl Server {
     /// Begins to serve `folder` at a port of the loopback device; 0 takes any that is free.
     pub fn start(folder: &Path, port: u16) -> anyhow::Result<Self> {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).with_context(|| format!("port {port}"))?;
+        let listener =
+            TcpListener::bind((Ipv4Addr::LOCALHOST, port)).with_context(|| format!("port {port}"))?;
         let port = listener.local_addr()?.port();
         let received = Arc::new(Received::default());
         let (folder, shared) = (folder.to_owned(), received.clone());

@@ -20,8 +20,8 @@ use scene::tables::{Changes, SceneTables};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use web_time::Instant;
 use todo::Todo;
+use web_time::Instant;
 
 /// How often progress is told, and cancelling heard.
 const INTERVAL: Duration = Duration::from_millis(5);

@@ -84,7 +84,8 @@ fn paths_are_explained_where_they_are_seen() {
     let explanation = session.explain([32, 50], 0).expect("a pixel");
     let vertices = &explanation.sample.paths[0].vertices;
     assert!(vertices.len() > 1 && !explanation.instances.is_empty());
-    let first = explanation.lines.iter().find(|line| line.vertex == 0).expect("a light sample at the first vertex");
+    let first =
+        explanation.lines.iter().find(|line| line.vertex == 0).expect("a light sample at the first vertex");
     let [x, y, ..] = first.pieces[0];
     assert!((x - 32.5).abs() < 1.0 && (y - 50.5).abs() < 1.0, "it begins in the pixel: {x}, {y}");
     assert!(session.explain([64, 0], 0).is_err());
