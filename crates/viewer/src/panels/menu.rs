@@ -20,7 +20,9 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("Edit", |ui| {
             items(viewer, ui, &[Undo, Redo]);
             ui.separator();
-            items(viewer, ui, &[Duplicate, Delete, Rename, Hide, Isolate, ShowAll, Deselect]);
+            items(viewer, ui, &[SelectArea, Duplicate, Delete, Rename, Hide, Isolate, ShowAll, Deselect]);
+            ui.separator();
+            items(viewer, ui, &[CopyMaterial, PasteMaterial]);
             ui.separator();
             items(viewer, ui, &[ToolSelect, ToolMove, ToolRotate, ToolScale, LocalAxes, Aim]);
             ui.separator();
@@ -40,7 +42,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("Picture", |ui| {
             items(viewer, ui, &[Pause, Restart, Brighter, Darker, NextLayer, Picture]);
             ui.separator();
-            items(viewer, ui, &[Snapshot, CopyPicture, Zebra, PixelGrid]);
+            items(viewer, ui, &[Snapshot, CopyPicture, CropArea, CropNothing, Zebra, PixelGrid]);
             ui.separator();
             items(viewer, ui, &[CompareSettings, CompareNow, CompareFile, CompareNothing, NextLook]);
             ui.separator();

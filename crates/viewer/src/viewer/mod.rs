@@ -12,9 +12,12 @@ mod findings;
 mod first;
 mod light;
 mod manipulate;
+mod materials;
 mod output;
 mod overlay;
 mod paint;
+mod rectangle;
+mod selection;
 mod snapshots;
 mod state;
 mod time;
@@ -27,6 +30,10 @@ pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
 pub use elsewhere::Elsewhere;
 pub use first::{FirstEnvironment, FirstView};
+pub use manipulate::outlined_text;
+pub use materials::CopiedMaterial;
+pub use rectangle::{Rectangle, RectangleUse};
+pub use selection::Choosing;
 pub use state::{BackendState, Notice, Selection, Start, Viewer};
 pub use tools::{Look, Snapshot, Tools};
 
@@ -224,19 +231,7 @@ impl Viewer {
             document.resources.clone(),
             document.moment().clone(),
         ));
-        let gone = |s: &Selection| {
-            let removed = document.edits().objects.get(&s.object).is_some_and(|o| o.removed);
-            removed || s.object as usize >= document.scene().instances.len()
-        };
-        if self.selection.as_ref().is_some_and(gone) {
-            self.selection = None;
-        }
-        if let Some(selection) = &mut self.selection {
-            let materials = document.scene().materials.len();
-            if selection.material as usize >= materials {
-                selection.material = document.material_of(selection.object).unwrap_or(0);
-            }
-        }
+        self.mend_selection();
     }
 
     /// Sends the render thread something.

@@ -4,6 +4,8 @@ use super::compare::Comparison;
 use super::dialogs::{Dialog, For};
 use super::elsewhere::Elsewhere;
 use super::first::FirstView;
+use super::materials::CopiedMaterial;
+use super::rectangle::Rectangle;
 use super::tools::Tools;
 use crate::analysis::Analyst;
 use crate::browser::Browser;
@@ -20,7 +22,7 @@ use crate::viewport::Zoom;
 use crate::watch::Watch;
 use crate::worker::{Recorded, Shot, Shown, Wish, Worker};
 use alhazen::{
-    BackendError, Camera, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source, ToneMapping,
+    BackendError, Camera, InstanceId, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source, ToneMapping,
 };
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -110,8 +112,14 @@ pub struct Viewer {
     pub pointer: Option<egui::Pos2>,
     /// What is under it.
     pub under_pointer: Option<Seen>,
-    /// What is selected.
+    /// The active one of the selected objects.
     pub selection: Option<Selection>,
+    /// The other selected objects.
+    pub also: BTreeSet<InstanceId>,
+    /// A rectangle that is dragged over the picture.
+    pub rectangle: Rectangle,
+    /// The material that was copied.
+    pub copied_material: Option<CopiedMaterial>,
     /// What moves, turns and scales it.
     pub gizmo: Gizmo,
     /// What renders.
@@ -222,6 +230,9 @@ impl Viewer {
             pointer: None,
             under_pointer: None,
             selection: None,
+            also: BTreeSet::new(),
+            rectangle: Rectangle::default(),
+            copied_material: None,
             gizmo: Gizmo::default(),
             backend: BackendState { options: start.renderer, name: "cpu".into(), ..BackendState::default() },
             statistics: Statistics::default(),

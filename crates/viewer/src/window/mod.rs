@@ -183,6 +183,8 @@ impl App {
             crate::panels::show(viewer, ui);
         });
         viewer.send_wishes(&ctx);
+        // Ctrl+C and Ctrl+V are about text where text is typed, and else about materials.
+        open.egui.set_clipboard_shortcuts(viewer.is_typing(&ctx));
         open.egui.handle_platform_output_with_event_loop(&open.window, event_loop, output.platform_output);
         let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
         let drawing = Drawing {
