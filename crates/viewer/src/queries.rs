@@ -1,6 +1,8 @@
 //! What is under the pointer: rays through the picture, asked of the facade's ray queries on a thread of their own.
 
 use alhazen::{Camera, Control, InstanceId, MaterialId, RayQueries, SceneTables, camera_frame, picture_ray};
+use crate::gizmo::grid::{self, Grid};
+use egui::Color32;
 use glam::Vec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -35,6 +37,8 @@ pub enum What {
     Outline(Vec<InstanceId>),
     /// Which objects are seen for the most part in a rectangle: left, top, right and bottom in shares of the picture.
     Area([f32; 4]),
+    /// What the grid on the ground looks like.
+    Ground(Grid),
 }
 
 /// What a point is wanted for.
@@ -65,6 +69,8 @@ pub enum Answer {
     Outline(Outline),
     /// Objects in a rectangle, sorted.
     Area(Vec<InstanceId>),
+    /// Width, height and colours of the grid on the ground.
+    Ground([u32; 2], Vec<Color32>),
 }
 
 /// A point of a surface.
@@ -188,6 +194,10 @@ impl Thread {
         Some(match &question.what {
             What::Point { x, y, purpose } => Answer::Point(*purpose, seen(queries, question, *x, *y)),
             What::Outline(instances) => Answer::Outline(outline(queries, question, instances)),
+            What::Ground(ground) => {
+                let size = [question.width, question.height];
+                Answer::Ground(size, grid::picture(queries, &question.camera, size, ground))
+            }
             What::Area(area) => Answer::Area(mostly_within(&objects(queries, question), question, *area)),
         })
     }

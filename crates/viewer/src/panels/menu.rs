@@ -33,7 +33,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.separator();
             items(viewer, ui, &[PlayTime, StepOn, StepBack, Rest]);
             ui.separator();
-            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons, Compass]);
+            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons, Compass, Ground]);
             ui.checkbox(&mut viewer.settings.dark, "Dark theme");
             ui.checkbox(&mut viewer.settings.high_contrast, "High contrast");
             ui.checkbox(&mut viewer.settings.reduced_motion, "Reduced motion");

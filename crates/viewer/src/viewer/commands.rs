@@ -77,6 +77,7 @@ pub enum Command {
     Aim,
     Icons,
     Compass,
+    Ground,
     ExportStatistics,
 }
 
@@ -148,6 +149,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     info(Command::Aim, "Aim the light: click where it should fall", key(Key::J)),
     info(Command::Icons, "Show or hide the signs of lights and cameras", key(Key::I)),
     info(Command::Compass, "Show or hide the compass of axes", None),
+    info(Command::Ground, "Show or hide the ground grid", command(Key::G)),
     info(Command::AddModel, "Add a model…", None),
     info(Command::AddLamp, "Add a sphere light", None),
     info(Command::AddPointLight, "Add a point light", None),

@@ -90,6 +90,7 @@ impl Viewer {
             Event::Tables(tables) => {
                 self.queries.set_scene(tables);
                 self.asked_outline = None;
+                self.forget_ground();
             }
             Event::Saved(path) => self.notice(format!("wrote {}", path.display()), false),
             Event::Recorded(recorded) => self.take_recorded(recorded),
@@ -119,6 +120,7 @@ impl Viewer {
             Answer::Point(Purpose::Target | Purpose::Focus, None) => {}
             Answer::Outline(outline) => self.take_outline(ctx, outline),
             Answer::Area(found) => self.take_area(found),
+            Answer::Ground(size, pixels) => self.take_ground(ctx, size, pixels),
         }
     }
 

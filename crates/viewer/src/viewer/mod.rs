@@ -10,6 +10,7 @@ mod events;
 mod files;
 mod findings;
 mod first;
+mod ground;
 mod light;
 mod manipulate;
 mod materials;
@@ -180,6 +181,7 @@ impl Viewer {
             self.sent.0 = Some(wish);
         }
         self.ask_for_outline(moving);
+        self.ask_for_ground();
         self.ask_for_findings(ctx);
     }
 

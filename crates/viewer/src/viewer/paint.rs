@@ -39,6 +39,7 @@ impl Viewer {
             }
             None => {}
         }
+        self.paint_ground(painter, place);
         self.paint_overlays(painter, place);
         self.paint_names(painter, place);
         self.paint_selection(painter, place);

@@ -4,6 +4,7 @@ use super::compare::Comparison;
 use super::dialogs::{Dialog, For};
 use super::elsewhere::Elsewhere;
 use super::first::FirstView;
+use super::ground::Ground;
 use super::materials::CopiedMaterial;
 use super::rectangle::Rectangle;
 use super::tools::Tools;
@@ -154,6 +155,7 @@ pub struct Viewer {
     pub(super) shots: [Option<Shot>; 2],
     pub(super) textures: [Option<egui::TextureHandle>; 2],
     pub(super) outline: Option<(Question, Outline, Option<egui::TextureHandle>)>,
+    pub(super) ground: Ground,
     /// Where the light was told to fall, until the answer comes.
     pub(super) aimed_at: Option<egui::Pos2>,
     pub(super) asked_outline: Option<(Question, u64)>,
@@ -251,6 +253,7 @@ impl Viewer {
             shots: [None, None],
             textures: [None, None],
             outline: None,
+            ground: Ground::default(),
             aimed_at: None,
             asked_outline: None,
             edit_count: 0,

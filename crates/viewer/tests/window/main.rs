@@ -8,6 +8,7 @@ mod image;
 mod outliner;
 mod overlays;
 mod properties;
+mod several;
 mod tasks;
 
 use common::{open_with, until};
