@@ -11,6 +11,7 @@ pub mod analysis;
 pub mod browser;
 pub mod clock;
 pub mod document;
+pub mod exr_layers;
 pub mod gizmo;
 pub mod history;
 pub mod integrators;

@@ -42,7 +42,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("Picture", |ui| {
             items(viewer, ui, &[Pause, Restart, Brighter, Darker, NextLayer, Picture]);
             ui.separator();
-            items(viewer, ui, &[Snapshot, CopyPicture, CropArea, CropNothing, Zebra, PixelGrid]);
+            items(viewer, ui, &[Snapshot, CopyPicture, SendToTev, CropArea, CropNothing, Zebra, PixelGrid]);
             ui.separator();
             items(viewer, ui, &[CompareSettings, CompareNow, CompareFile, CompareNothing, NextLook]);
             ui.separator();

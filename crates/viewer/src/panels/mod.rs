@@ -24,6 +24,7 @@ mod record;
 mod render;
 mod report;
 pub mod settings;
+mod snapshots;
 mod status;
 mod textures;
 mod time;

@@ -237,6 +237,7 @@ impl Viewer {
                 let is = if self.settings.compass { "shown" } else { "hidden" };
                 self.notice(format!("the compass is {is}"), false);
             }
+            Command::SendToTev => self.toggle_tev(),
             Command::Ground => self.toggle_ground(),
             Command::StopRecording => self.stop_recording(),
             Command::ExportStatistics => self.ask_for(For::Statistics),

@@ -21,6 +21,7 @@ mod rectangle;
 mod selection;
 mod snapshots;
 mod state;
+mod tev;
 mod time;
 mod tools;
 mod tree;
@@ -134,6 +135,7 @@ impl Viewer {
         }
         self.take_findings(ctx);
         self.take_dialog();
+        self.follow_tev(ctx);
         if self.settings.watch && self.watch.as_mut().is_some_and(|w| w.has_changed(time)) {
             self.reload();
         }

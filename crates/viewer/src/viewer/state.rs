@@ -7,6 +7,7 @@ use super::first::FirstView;
 use super::ground::Ground;
 use super::materials::CopiedMaterial;
 use super::rectangle::Rectangle;
+use super::tev::Sending;
 use super::tools::Tools;
 use crate::analysis::Analyst;
 use crate::browser::Browser;
@@ -23,7 +24,7 @@ use crate::viewport::Zoom;
 use crate::watch::Watch;
 use crate::worker::{Recorded, Shot, Shown, Wish, Worker};
 use alhazen::{
-    BackendError, Camera, InstanceId, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source, ToneMapping,
+    BackendError, Camera, InstanceId, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source, TevAddress, ToneMapping,
 };
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -42,6 +43,8 @@ pub struct Start {
     pub first: FirstView,
     /// What was remembered.
     pub settings: Settings,
+    /// The tev that is sent pictures from the beginning.
+    pub tev: Option<TevAddress>,
 }
 
 /// What is selected.
@@ -171,6 +174,9 @@ pub struct Viewer {
     pub(super) analyst: Analyst,
     pub(super) loading: Vec<Loading>,
     pub(super) dialog: Option<Dialog>,
+    pub(super) sending: Option<Sending>,
+    /// Where a tev is looked for.
+    pub(super) tev_address: TevAddress,
     /// What was asked for before the first scene was there.
     pub(super) first_view: Option<FirstView>,
     /// The desktop has shown no dialog when it should have.
@@ -266,6 +272,8 @@ impl Viewer {
             analyst,
             loading: Vec::new(),
             dialog: None,
+            sending: None,
+            tev_address: start.tev.clone().unwrap_or_default(),
             first_view: Some(start.first),
             desktop_lacks_dialogs: false,
             last_folder: None,
@@ -284,6 +292,9 @@ impl Viewer {
             wake,
         };
         viewer.open_source(source);
+        if let Some(address) = start.tev {
+            viewer.send_to_tev(address);
+        }
         viewer.start_backend();
         Ok(viewer)
     }

@@ -1,6 +1,7 @@
 //! Image tools: which are on, what they have found, and the pictures that were kept.
 
 use crate::analysis::{Difference, Findings, Wanted};
+use crate::exr_layers::{ExrLayers, LayerChoice};
 use crate::render_settings::RenderSettings;
 use alhazen::{Camera, Image};
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
@@ -53,6 +54,8 @@ pub struct Snapshot {
     pub image: Arc<Image>,
     /// Whether its values are display values already.
     pub encoded: bool,
+    /// Layers of the EXR file that it is from, and which of them it is.
+    pub layers: Option<(Arc<ExrLayers>, LayerChoice)>,
     /// How it was made: sizes, samples, options.
     pub about: String,
     /// The camera and the settings that it was rendered with; files have none.

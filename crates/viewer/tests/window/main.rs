@@ -9,6 +9,7 @@ mod outliner;
 mod overlays;
 mod properties;
 mod several;
+mod sharing;
 mod tasks;
 
 use common::{open_with, until};

@@ -269,7 +269,11 @@ fn a_rectangle_is_rendered_and_saved_alone() {
     harness.state_mut().use_file(viewer::viewer::For::Picture, path.clone());
     until(&mut harness, "the file", |_| path.is_file());
     let saved = alhazen::Image::open(&path).expect("a picture");
-    assert_eq!([saved.width(), saved.height()], [crop.width, crop.height]);
+    assert_eq!([saved.width(), saved.height()], size, "the file says where the rectangle is");
+    for i in 0..size[0] * size[1] {
+        let (x, y) = (i % size[0], i / size[0]);
+        assert_eq!(saved.rgb(x, y) != [0.0; 3], crop.contains(x, y), "{x} {y}");
+    }
     harness.key_press_modifiers(Modifiers::ALT, Key::R);
     harness.run_steps(3);
     assert!(harness.state().job().crop.is_none());
