@@ -94,12 +94,12 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraKey, CameraPath, Checkerboard, Clip, ColorSpace,
-    Daylight, DensityGrid, Distortion, Environment, EnvironmentPreset, Fog, Group, GroupId, Groups, Instance, InstanceId,
-    Interior, LAYER_NUMBERS, LayerNumber, Layers, Light, LightKind, LightParameter, LightProfile, LoadError,
-    LoadOptions, LoadReport, Loaded, Material, MaterialId, Medium, Mesh, Model, Motion, Note, Photometry,
-    Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults, Rolling, Scene,
-    Severity, Shape, Shutter, ShutterError, ShutterShape, Sky, Sphere, Subsurface, Sun, SunError,
-    SunPosition, Texture, TextureGraph, TextureRef, TextureSlot, ToneMapper, TriangleMesh,
+    Daylight, DensityGrid, Distortion, Environment, EnvironmentPreset, Fog, Group, GroupId, Groups, Instance,
+    InstanceId, Interior, LAYER_NUMBERS, LayerNumber, Layers, Light, LightKind, LightParameter, LightProfile,
+    LoadError, LoadOptions, LoadReport, Loaded, Material, MaterialId, Medium, Mesh, Model, Motion, Note,
+    Photometry, Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults,
+    Rolling, Scene, Severity, Shape, Shutter, ShutterError, ShutterShape, Sky, Sphere, Subsurface, Sun,
+    SunError, SunPosition, Texture, TextureGraph, TextureRef, TextureSlot, ToneMapper, TriangleMesh,
 };
 pub use sequence::{FrameFilm, Moment as FrameMoment, SequenceDenoiser, frame_seed};
 pub use source::{Place, Source};

@@ -197,7 +197,10 @@ impl Tev {
         let length = u32::try_from(packet.0.len() + 4).map_err(|_| {
             failed(io::Error::new(io::ErrorKind::InvalidInput, "the picture's rows are too long"))
         })?;
-        self.stream.write_all(&length.to_le_bytes()).and_then(|()| self.stream.write_all(&packet.0)).map_err(failed)
+        self.stream
+            .write_all(&length.to_le_bytes())
+            .and_then(|()| self.stream.write_all(&packet.0))
+            .map_err(failed)
     }
 }
 

@@ -206,7 +206,8 @@ mod tests {
 
     #[test]
     fn the_studio_has_its_boxes_where_they_are() {
-        let at = |azimuth: f32, elevation: f32| radiance(direction(azimuth.to_radians(), elevation.to_radians()));
+        let at =
+            |azimuth: f32, elevation: f32| radiance(direction(azimuth.to_radians(), elevation.to_radians()));
         for shining in &BOXES {
             assert!(at(shining.at[0], shining.at[1]).abs_diff_eq(shining.radiance, 1e-5));
         }

@@ -10,8 +10,8 @@ use scene::edits::{
 use scene::load::scene_file::{self, open_edited};
 use scene::tables::SceneTables;
 use scene::{
-    Camera, EnvironmentPreset, Light, LightKind, LightProfile, LoadError, LoadOptions, Photometry, RenderDefaults, Scene,
-    Texture, TextureRef, builtin,
+    Camera, EnvironmentPreset, Light, LightKind, LightProfile, LoadError, LoadOptions, Photometry,
+    RenderDefaults, Scene, Texture, TextureRef, builtin,
 };
 use std::path::Path;
 use std::sync::Arc;

@@ -133,7 +133,10 @@ mod tests {
         file.write(&path, ExrCompression::None).expect("written");
         let layers = ExrLayers::read(&path).expect("a picture");
         assert_eq!(layers.names().collect::<Vec<_>>(), ["picture", "depth", "normal"]);
-        assert_eq!((layers.channels(0), layers.has_choice()), (&["R", "G", "B"].map(str::to_owned)[..], true));
+        assert_eq!(
+            (layers.channels(0), layers.has_choice()),
+            (&["R", "G", "B"].map(str::to_owned)[..], true)
+        );
         let at = |layer: usize, channel: Option<usize>| {
             let image = layers.image(LayerChoice { layer, channel }).expect("it is there");
             assert_eq!((image.width(), image.height(), image.rgb(0, 0)), (4, 3, [0.0; 3]));

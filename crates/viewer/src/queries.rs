@@ -1,7 +1,7 @@
 //! What is under the pointer: rays through the picture, asked of the facade's ray queries on a thread of their own.
 
-use alhazen::{Camera, Control, InstanceId, MaterialId, RayQueries, SceneTables, camera_frame, picture_ray};
 use crate::gizmo::grid::{self, Grid};
+use alhazen::{Camera, Control, InstanceId, MaterialId, RayQueries, SceneTables, camera_frame, picture_ray};
 use egui::Color32;
 use glam::Vec3;
 use std::collections::BTreeMap;

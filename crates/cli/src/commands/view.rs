@@ -3,7 +3,8 @@
 use crate::console::{print_result, say};
 use alhazen::edits::DaylightRecord;
 use alhazen::{
-    BackendChoice, Daylight, Integrator, LoadOptions, PathKernel, RendererOptions, Source, SunPosition, TevAddress,
+    BackendChoice, Daylight, Integrator, LoadOptions, PathKernel, RendererOptions, Source, SunPosition,
+    TevAddress,
 };
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};

@@ -4,8 +4,8 @@ use super::tree::Unseen;
 use super::{Addition, Edits, EnvironmentRecord, GraphProblem};
 use crate::animation::{KeyedObject, Moment};
 use crate::{
-    Environment, EnvironmentPreset, GroupId, Groups, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape,
-    Sphere, Texture, TextureGraph, TextureId,
+    Environment, EnvironmentPreset, GroupId, Groups, Image, Instance, InstanceId, Material, MaterialId, Mesh,
+    Scene, Shape, Sphere, Texture, TextureGraph, TextureId,
 };
 use glam::{Affine3A, Vec3};
 use std::collections::HashMap;

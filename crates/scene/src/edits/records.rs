@@ -4,8 +4,8 @@
 //! every number, so that what is read is bit for bit what was written.
 
 use crate::{
-    AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, EnvironmentPreset, Material, Model, Projection, Sky, Sun,
-    SunPosition, UvTransform,
+    AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, EnvironmentPreset, Material, Model,
+    Projection, Sky, Sun, SunPosition, UvTransform,
 };
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};

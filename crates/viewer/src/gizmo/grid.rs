@@ -85,7 +85,8 @@ impl Grid {
         let axis = |axis: usize, width: f32| covered(at[axis].abs() / pixel[axis], width);
         let [usual, tenth, wide, border] = WIDTHS;
         let strength = |wider: f32| {
-            let lines = (0.35 * lines(self.step, usual + wider)).max(0.7 * lines(self.step * 10.0, tenth + wider));
+            let lines =
+                (0.35 * lines(self.step, usual + wider)).max(0.7 * lines(self.step * 10.0, tenth + wider));
             lines.max(axis(0, wide + wider)).max(axis(1, wide + wider)) * fade
         };
         let (inner, outer) = (strength(0.0), strength(border));
@@ -123,7 +124,9 @@ mod tests {
         assert!(alpha(3.0, 0.5) > alpha(63.0, 0.5) && alpha(101.0, 0.5) == 0, "they fade");
         // Where lines are denser than pixels there are none; the stronger ones remain.
         let far = Vec2::splat(0.5);
-        assert!(GRID.colour(Vec2::new(3.0, 3.3), far).a() == 0 && GRID.colour(Vec2::new(10.0, 4.2), far).a() > 0);
+        assert!(
+            GRID.colour(Vec2::new(3.0, 3.3), far).a() == 0 && GRID.colour(Vec2::new(10.0, 4.2), far).a() > 0
+        );
         let [x, z] = [(4.5, 0.0), (0.0, 4.5)].map(|(x, z)| GRID.colour(Vec2::new(x, z), pixel));
         assert!(x.r() > x.b() && z.b() > z.r(), "{x:?} {z:?}");
     }
@@ -141,7 +144,8 @@ mod tests {
             .map(|row| row.iter().filter(|c| **c != Color32::TRANSPARENT).count())
             .collect();
         assert!(rows[0] == 0 && rows[height as usize - 5] > 20, "{rows:?}");
-        let empty = RayQueries::new(SceneTables::build(&alhazen::Scene::default()), Some(2)).expect("threads");
+        let empty =
+            RayQueries::new(SceneTables::build(&alhazen::Scene::default()), Some(2)).expect("threads");
         let bare = picture(&empty, &camera, [width, height], &GRID);
         let hidden = bare.iter().zip(&seen).filter(|(bare, seen)| bare.a() > 0 && seen.a() == 0).count();
         let wrong = bare.iter().zip(&seen).filter(|(bare, seen)| seen.a() > 0 && bare != seen).count();

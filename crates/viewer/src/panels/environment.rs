@@ -44,7 +44,8 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         EnvironmentRecord::Constant { radiance } => {
             bright_colour(ui, "Radiance", radiance, " W/sr/m²");
         }
-        EnvironmentRecord::Own { rotation, intensity } | EnvironmentRecord::Studio { rotation, intensity } => {
+        EnvironmentRecord::Own { rotation, intensity }
+        | EnvironmentRecord::Studio { rotation, intensity } => {
             picture(ui, rotation, intensity);
         }
         EnvironmentRecord::File { file, rotation, intensity } => {

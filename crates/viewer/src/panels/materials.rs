@@ -56,7 +56,8 @@ fn swatch(material: &alhazen::Material) -> Color32 {
         Model::Mirror | Model::Dielectric => glam::Vec3::ONE * 0.8,
         _ => glam::Vec3::new(material.base_color.x, material.base_color.y, material.base_color.z),
     };
-    let [r, g, b] = linear.to_array().map(|v| (alhazen::srgb_encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    let [r, g, b] =
+        linear.to_array().map(|v| (alhazen::srgb_encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
     Color32::from_rgb(r, g, b)
 }
 

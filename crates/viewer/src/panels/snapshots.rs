@@ -45,7 +45,9 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
                         }
                     });
                     if let Some((layers, chosen)) = &kept.layers {
-                        deed = deed.take().or(layer(ui, layers, *chosen).map(|choice| (number, Deed::Layer(choice))));
+                        deed = deed
+                            .take()
+                            .or(layer(ui, layers, *chosen).map(|choice| (number, Deed::Layer(choice))));
                     }
                     ui.weak(&kept.about);
                 });
@@ -70,7 +72,8 @@ fn layer(ui: &mut Ui, layers: &ExrLayers, chosen: LayerChoice) -> Option<LayerCh
     let mut choice = chosen;
     let names: Vec<&str> = layers.names().collect();
     ui.horizontal(|ui| {
-        let list = ComboBox::from_id_salt("layer").selected_text(names.get(chosen.layer).copied().unwrap_or(""));
+        let list =
+            ComboBox::from_id_salt("layer").selected_text(names.get(chosen.layer).copied().unwrap_or(""));
         let list = list.width(110.0).truncate().show_ui(ui, |ui| {
             for (layer, name) in names.iter().enumerate() {
                 ui.selectable_value(&mut choice, LayerChoice { layer, channel: None }, *name);

@@ -1,8 +1,8 @@
 //! Another picture beside the one that is rendered, behind a line that can be dragged.
 
 use super::state::Viewer;
-use crate::render_settings::RenderSettings;
 use crate::exr_layers::{ExrLayers, LayerChoice};
+use crate::render_settings::RenderSettings;
 use alhazen::{Image, ImageError, Job, ToneMapping};
 use std::path::Path;
 use std::sync::Arc;

@@ -131,7 +131,8 @@ impl Viewer {
     pub(super) fn paint_rectangle(&self, painter: &Painter, place: Rect) {
         let visible = place.intersect(painter.clip_rect());
         if let Some([left, top, right, bottom]) = self.render.crop {
-            let at = |x: f32, y: f32| pos2(place.left() + x * place.width(), place.top() + y * place.height());
+            let at =
+                |x: f32, y: f32| pos2(place.left() + x * place.width(), place.top() + y * place.height());
             frame(painter, Rect::from_min_max(at(left, top), at(right, bottom)), Color32::from_gray(200));
         }
         if let Some((_, from, to)) = self.rectangle.drag {

@@ -24,7 +24,8 @@ use crate::viewport::Zoom;
 use crate::watch::Watch;
 use crate::worker::{Recorded, Shot, Shown, Wish, Worker};
 use alhazen::{
-    BackendError, Camera, InstanceId, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source, TevAddress, ToneMapping,
+    BackendError, Camera, InstanceId, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source,
+    TevAddress, ToneMapping,
 };
 use std::collections::BTreeSet;
 use std::path::PathBuf;

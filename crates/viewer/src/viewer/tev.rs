@@ -105,7 +105,8 @@ impl Viewer {
                 return;
             }
         }
-        let name = format!("alhazen: {}", self.document.as_ref().map_or(String::new(), |d| d.source.to_string()));
+        let name =
+            format!("alhazen: {}", self.document.as_ref().map_or(String::new(), |d| d.source.to_string()));
         let (shots, time) = (self.shots_seen, self.time);
         let shot = self.shots[0].as_ref().filter(|s| !s.preview && s.generation == self.generation);
         let (Some(sending), Some(shot)) = (&mut self.sending, shot) else { return };

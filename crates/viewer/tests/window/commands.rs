@@ -154,7 +154,8 @@ fn use_full_disk(disk: &Path) {
         });
         until(&mut harness, "the end of rendering", |v| v.recording.is_none());
     }
-    let left: Vec<_> = std::fs::read_dir(disk).expect("listed").filter_map(|e| Some(e.ok()?.file_name())).collect();
+    let left: Vec<_> =
+        std::fs::read_dir(disk).expect("listed").filter_map(|e| Some(e.ok()?.file_name())).collect();
     assert_eq!(left, ["filler"], "something is left");
     // With room again, the same is written.
     std::fs::remove_file(&filler).expect("removed");

@@ -59,8 +59,8 @@ impl Made {
     ) -> anyhow::Result<()> {
         let encoding = args.files.encoding();
         let mut write_picture = |film: &Film,
-                             mut metadata: BTreeMap<String, String>,
-                             denoised: Option<Result<Denoised, DenoiseFilmError>>|
+                                 mut metadata: BTreeMap<String, String>,
+                                 denoised: Option<Result<Denoised, DenoiseFilmError>>|
          -> anyhow::Result<()> {
             let (denoised, failed) = match denoised.transpose() {
                 Ok(denoised) => (denoised, Ok(())),

@@ -5,9 +5,9 @@ use super::parsing::{Numbers, parse_vector};
 use super::shutter::bring;
 use crate::exit::Exit;
 use alhazen::{
-    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
-    Quantity, Rect, Sampling, Scene, SequenceDenoiser, Switch, Visibility, add_daylight_if_dark,
+    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, EnvironmentPreset, Highlights,
+    HybridSettings, Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings,
+    Projection, Quantity, Rect, Sampling, Scene, SequenceDenoiser, Switch, Visibility, add_daylight_if_dark,
     check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
