@@ -28,6 +28,7 @@ pub mod render_settings;
 pub mod settings;
 pub mod smoke;
 pub mod statistics;
+mod text_file;
 pub mod thumbnails;
 pub mod viewer;
 pub mod viewport;

@@ -105,7 +105,7 @@ impl Settings {
             std::fs::create_dir_all(folder)?;
         }
         let text = serde_json::to_string_pretty(self)?;
-        std::fs::write(path, text)
+        crate::text_file::write(path, &text).map_err(std::io::Error::other)
     }
 
     /// Puts a file to the top of the list.
