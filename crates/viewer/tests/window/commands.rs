@@ -154,6 +154,7 @@ fn use_full_disk(disk: &Path) {
         });
         until(&mut harness, "the end of rendering", |v| v.recording.is_none());
     }
+    harness.state().settings.save(&disk.join("viewer.json")).expect_err("there is no room");
     let left: Vec<_> =
         std::fs::read_dir(disk).expect("listed").filter_map(|e| Some(e.ok()?.file_name())).collect();
     assert_eq!(left, ["filler"], "something is left");
