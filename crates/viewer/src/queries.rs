@@ -257,9 +257,18 @@ fn mostly_within(
 /// - `instances`: sorted.
 pub fn outline(queries: &RayQueries, question: &Question, instances: &[InstanceId]) -> Outline {
     let (width, height) = (question.width, question.height);
-    let is_one = |object: &Option<InstanceId>| object.is_some_and(|o| instances.binary_search(&o).is_ok());
-    let inside: Vec<bool> = objects(queries, question).iter().map(is_one).collect();
-    let mask = edges(&solid(&inside, width as usize), width as usize);
+    let seen = objects(queries, question);
+    let border = |of: &[InstanceId]| {
+        let is_one = |object: &Option<InstanceId>| object.is_some_and(|o| of.binary_search(&o).is_ok());
+        let inside: Vec<bool> = seen.iter().map(is_one).collect();
+        edges(&solid(&inside, width as usize), width as usize)
+    };
+    // A few have a border each, also where they are in front of each other; many have one around them all.
+    let each = if instances.len() <= MOST_BORDERS { 1 } else { instances.len() };
+    let mut mask = vec![false; seen.len()];
+    for of in instances.chunks(each) {
+        mask.iter_mut().zip(border(of)).for_each(|(mask, on)| *mask |= on);
+    }
     Outline { instances: instances.to_vec(), width, height, mask }
 }
 
@@ -275,6 +284,9 @@ fn solid(inside: &[bool], width: usize) -> Vec<bool> {
     let pixels = most.iter().zip(&many).zip(&speckles);
     pixels.map(|((most, many), speckles)| if *speckles > SPECKLED { *many > 0.5 } else { *most }).collect()
 }
+
+/// So many objects have an outline each.
+const MOST_BORDERS: usize = 6;
 
 /// A place is speckled if more than this share of its pixels is not like those around them.
 const SPECKLED: f32 = 0.02;
@@ -365,6 +377,12 @@ mod tests {
         let outline = outline(&queries, &question, &[at.instance]);
         let count = outline.mask.iter().filter(|m| **m).count();
         assert!(count > 20 && count < 2000, "{count}");
+        // With what is behind it, it keeps its own outline.
+        let all: Vec<_> = (0..=at.instance.max(9)).collect();
+        let few = super::outline(&queries, &question, &all[..MOST_BORDERS.min(all.len())]);
+        let many = super::outline(&queries, &question, &all);
+        let set = |outline: &Outline| outline.mask.iter().filter(|m| **m).count();
+        assert!(set(&few) > set(&many), "{} {}", set(&few), set(&many));
     }
 
     /// The back wall of the box is seen all around its middle.
