@@ -1,8 +1,8 @@
 //! What menus, keys, the command palette and scripts make the viewer do.
 
+use super::choosing::RectangleUse;
 use super::commands::{COMMANDS, Command};
 use super::dialogs::For;
-use super::rectangle::RectangleUse;
 use super::state::{Selection, Viewer};
 use crate::gizmo::Tool;
 use crate::navigation;

@@ -1,20 +1,14 @@
 //! The grid on the ground: asked for with every picture that is shown, and drawn over it.
 
 use super::state::Viewer;
+use super::tools::Ground;
 use crate::gizmo::grid::Grid;
 use crate::queries::{Question, What};
 use alhazen::Camera;
-use egui::{Color32, ColorImage, Context, Painter, Rect, TextureHandle, TextureOptions};
+use egui::{Color32, ColorImage, Context, Painter, Rect, TextureOptions};
 
 /// The grid has at most so many columns; while the camera moves, fewer.
 const WIDTHS: [u32; 2] = [1280, 320];
-
-/// The grid as it was last drawn.
-#[derive(Default)]
-pub(super) struct Ground {
-    asked: Option<Question>,
-    texture: Option<TextureHandle>,
-}
 
 impl Viewer {
     /// Shows or hides the grid.

@@ -1,17 +1,9 @@
 //! Materials that go from one object to others: copied and pasted, chosen from the list, or dragged onto an object.
 
+use super::choosing::CopiedMaterial;
 use super::state::{Selection, Viewer};
 use crate::queries::Seen;
 use alhazen::{InstanceId, MaterialId};
-
-/// A material that was copied.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CopiedMaterial {
-    /// Its number.
-    pub id: MaterialId,
-    /// The scene that it is of; see [`Viewer::generation`].
-    pub generation: u64,
-}
 
 impl Viewer {
     /// The name of a material.

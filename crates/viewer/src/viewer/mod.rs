@@ -2,6 +2,7 @@
 //! threads that load, render and trace.
 
 mod actions;
+mod choosing;
 mod commands;
 mod compare;
 mod dialogs;
@@ -19,6 +20,7 @@ mod overlay;
 mod paint;
 mod rectangle;
 mod selection;
+mod sending;
 mod snapshots;
 mod state;
 mod tev;
@@ -27,15 +29,13 @@ mod tools;
 mod tree;
 
 pub use actions::{Action, Top};
+pub use choosing::{Choosing, CopiedMaterial, Rectangle, RectangleUse};
 pub use commands::{COMMANDS, Command, CommandInfo};
 pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
 pub use elsewhere::Elsewhere;
 pub use first::{FirstEnvironment, FirstView};
 pub use manipulate::outlined_text;
-pub use materials::CopiedMaterial;
-pub use rectangle::{Rectangle, RectangleUse};
-pub use selection::Choosing;
 pub use state::{BackendState, Notice, Selection, Start, Viewer};
 pub use tools::{Look, Snapshot, Tools};
 

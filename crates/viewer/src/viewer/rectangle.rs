@@ -1,40 +1,13 @@
 //! A rectangle that is dragged over the picture: what is in it is selected, or it is all that is rendered.
 
-use super::selection::Choosing;
+use super::choosing::{Choosing, RectangleUse};
 use super::state::Viewer;
 use crate::queries::{Question, What};
 use alhazen::InstanceId;
 use egui::{Color32, Painter, PointerButton, Pos2, Rect, Response, Stroke, StrokeKind, Ui, pos2};
 
-/// What a rectangle is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RectangleUse {
-    /// What is seen in it is selected.
-    Select,
-    /// Nothing else is rendered.
-    Crop,
-}
-
 /// Rectangles that are smaller than this (points) are slips of the hand.
 const LEAST: f32 = 3.0;
-
-/// The state of the rectangle.
-#[derive(Clone, Debug, Default)]
-pub struct Rectangle {
-    /// What the next drag of the picture is for; `None` has it turn the camera.
-    pub awaits: Option<RectangleUse>,
-    /// The drag that goes on, and where in the window it began and is.
-    drag: Option<(RectangleUse, Pos2, Pos2)>,
-    /// How what was asked for last changes the selection.
-    choosing: Choosing,
-}
-
-impl Rectangle {
-    /// Whether Escape has something to give up.
-    pub(super) fn is_active(&self) -> bool {
-        self.awaits.is_some() || self.drag.is_some()
-    }
-}
 
 impl Viewer {
     /// Has the next drag of the picture be a rectangle; again ends that.

@@ -1,24 +1,13 @@
 //! What is selected: one object is the active one, whose numbers pages show; others may be selected with it. Commands and
 //! handles act on all of them.
 
+use super::choosing::Choosing;
 use super::state::{Selection, Viewer};
 use crate::outliner::Item;
 use crate::queries::Seen;
 use alhazen::InstanceId;
 use alhazen::edits::Addition;
 use std::collections::BTreeSet;
-
-/// How a selection follows from what there was and what was found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Choosing {
-    /// What was found, and nothing else.
-    #[default]
-    Only,
-    /// What was found as well.
-    More,
-    /// No more what was found.
-    Less,
-}
 
 impl Viewer {
     /// Selects one object and no other, or none.

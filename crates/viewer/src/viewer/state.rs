@@ -1,14 +1,12 @@
 //! The state of the window, and what can be read off it.
 
+use super::choosing::{CopiedMaterial, Rectangle};
 use super::compare::Comparison;
 use super::dialogs::{Dialog, For};
 use super::elsewhere::Elsewhere;
 use super::first::FirstView;
-use super::ground::Ground;
-use super::materials::CopiedMaterial;
-use super::rectangle::Rectangle;
-use super::tev::Sending;
-use super::tools::Tools;
+use super::sending::Sending;
+use super::tools::{Ground, Tools};
 use crate::analysis::Analyst;
 use crate::browser::Browser;
 use crate::clock::Clock;

@@ -1,64 +1,12 @@
-//! Sending the picture to a running tev, from a thread of its own: neither the window nor rendering waits for it.
+//! Sending the picture to a running tev: when, and what is said of it.
 
+use super::sending::Sending;
 use super::state::Viewer;
-use crate::worker::full_text;
-use alhazen::{Image, Tev, TevAddress};
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use alhazen::TevAddress;
+use std::sync::mpsc::TryRecvError;
 
 /// A growing picture is sent at most so often, seconds.
 const PAUSE: f64 = 0.5;
-
-/// Pictures on their way to a tev.
-pub(super) struct Sending {
-    address: TevAddress,
-    pictures: Sender<(String, Arc<Image>)>,
-    /// A picture has arrived, or why none does.
-    answers: Receiver<Result<(), String>>,
-    is_busy: bool,
-    /// Pictures that had come from the render thread when the last one was sent, and when that was.
-    sent: Option<(u64, f64)>,
-    /// Whether tev has got any.
-    arrived: bool,
-}
-
-impl Sending {
-    fn start(address: TevAddress, wake: impl Fn() + Send + 'static) -> Self {
-        let (pictures, inbox) = channel();
-        let (outbox, answers) = channel();
-        let place = address.clone();
-        let work = move || {
-            let told = run(&place, &inbox, &outbox, &wake).map_err(|error| full_text(&error));
-            if told.is_err() {
-                let _ = outbox.send(told);
-                wake();
-            }
-        };
-        // Without a thread the channel is closed, which is told as the end of the connection.
-        let _ = std::thread::Builder::new().name("tev".into()).spawn(work);
-        Self { address, pictures, answers, is_busy: false, sent: None, arrived: false }
-    }
-}
-
-/// Sends pictures until nobody has any more. What another scene was called is closed.
-fn run(
-    address: &TevAddress,
-    inbox: &Receiver<(String, Arc<Image>)>,
-    outbox: &Sender<Result<(), String>>,
-    wake: &impl Fn(),
-) -> Result<(), alhazen::TevError> {
-    let mut tev = Tev::connect(address)?;
-    let mut last: Option<String> = None;
-    while let Ok((name, image)) = inbox.recv() {
-        if let Some(other) = last.replace(name.clone()).filter(|last| *last != name) {
-            tev.close(&other)?;
-        }
-        tev.show_image(&name, &image)?;
-        let _ = outbox.send(Ok(()));
-        wake();
-    }
-    Ok(())
-}
 
 impl Viewer {
     /// Begins to send pictures to a tev.

@@ -2,6 +2,7 @@
 
 use crate::analysis::{Difference, Findings, Wanted};
 use crate::exr_layers::{ExrLayers, LayerChoice};
+use crate::queries::Question;
 use crate::render_settings::RenderSettings;
 use alhazen::{Camera, Image};
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
@@ -100,4 +101,11 @@ pub struct Tools {
     pub(super) number: u64,
     /// How the picture's texture was sampled when it was made.
     pub(super) has_edges: bool,
+}
+
+/// The grid on the ground as it was last drawn.
+#[derive(Default)]
+pub(super) struct Ground {
+    pub(super) asked: Option<Question>,
+    pub(super) texture: Option<TextureHandle>,
 }
