@@ -403,6 +403,7 @@ mod tests {
                 "NAME" if syntax.starts_with("command") => "Undo".to_owned(),
                 "VIEW" => "mask".to_owned(),
                 "on|off" => "on".to_owned(),
+                "LEFT" | "TOP" => "0".to_owned(),
                 word if word == word.to_uppercase() => "1".to_owned(),
                 word => word.to_owned(),
             };

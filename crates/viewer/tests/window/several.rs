@@ -246,7 +246,7 @@ fn materials_are_copied_pasted_and_dragged() {
 fn a_rectangle_is_rendered_and_saved_alone() {
     let mut harness = spheres();
     harness.state_mut().render.spp = 2;
-    press(&mut harness, Key::R);
+    press(&mut harness, Key::M);
     let place = harness.state().place;
     let at = |x: f32, y: f32| place.min + place.size() * vec2(x, y);
     drag(&mut harness, at(0.25, 0.5), at(0.75, 0.75));
@@ -274,7 +274,7 @@ fn a_rectangle_is_rendered_and_saved_alone() {
         let (x, y) = (i % size[0], i / size[0]);
         assert_eq!(saved.rgb(x, y) != [0.0; 3], crop.contains(x, y), "{x} {y}");
     }
-    harness.key_press_modifiers(Modifiers::ALT, Key::R);
+    harness.key_press_modifiers(Modifiers::ALT, Key::M);
     harness.run_steps(3);
     assert!(harness.state().job().crop.is_none());
     until(&mut harness, "all of it", |v| {
