@@ -53,8 +53,8 @@ impl EnvironmentPreset {
         match self {
             Self::Studio => None,
             Self::Sky => Some(Sky {
-                horizon: vec3(0.75, 0.85, 0.95),
-                zenith: vec3(0.22, 0.42, 0.85),
+                horizon: vec3(0.72, 0.8, 0.88),
+                zenith: vec3(0.22, 0.4, 0.78),
                 ground: vec3(0.32, 0.3, 0.27),
                 sun: Some(Sun {
                     direction: vec3(0.55, 0.65, 0.52).normalize(),
