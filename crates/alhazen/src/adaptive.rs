@@ -1,6 +1,6 @@
 //! Spreading samples over a picture by the error of its pixels ([`film::Allocation`]), round by round.
 
-use crate::renderer::{Limits, Renderer, Summary, check_view};
+use crate::renderer::{AfterPass, Limits, Renderer, Summary, check_view};
 use backend::{AdaptiveRounds, BackendError, Control, PixelSamples, Stats, View};
 use elementary::powi;
 use film::{Allocation, Film, PixelStats};
@@ -101,7 +101,7 @@ impl Renderer {
         limits: &Limits,
         adaptive: &Adaptive,
         control: &Control,
-        after_pass: &mut dyn FnMut(&Summary),
+        after_pass: &mut AfterPass<'_>,
     ) -> Result<Summary, BackendError> {
         let start = Instant::now();
         let pilot = adaptive.pilot().min(limits.spp);
@@ -141,7 +141,7 @@ impl Renderer {
             planned = if looks_after_each(limits) { made } else { last };
             summary.add(&stats);
             summary.elapsed = start.elapsed();
-            after_pass(&summary);
+            after_pass(self, &summary);
         }
         summary.elapsed = start.elapsed();
         Ok(summary)

@@ -49,6 +49,7 @@ mod several_devices;
 mod shutter;
 mod source;
 pub mod system;
+mod tev;
 mod together;
 
 pub use accel::{Coherence, HugePages, Ray};
@@ -87,7 +88,7 @@ pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
 pub use path_lines::{PathLine, PathLineKind, path_lines};
 pub use post::{DenoiseError, Frame, FrameError, History, NoisyPicture, OidnError, Surface, ToneMapping};
 pub use projection::{depth_along_axis, picture_point};
-pub use renderer::{BACKENDS, Limits, Renderer, Summary};
+pub use renderer::{AfterPass, BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.
 pub use scene::Image as SceneImage;
 /// A piece of a mesh that has one material.
@@ -96,15 +97,17 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraKey, CameraPath, Checkerboard, Clip, ColorSpace,
-    Daylight, DensityGrid, Distortion, Environment, Fog, GivenFiles, Group, GroupId, Groups, Instance,
-    InstanceId, Interior, LAYER_NUMBERS, LayerNumber, Layers, Light, LightKind, LightParameter, LightProfile,
-    LoadError, LoadOptions, LoadReport, Loaded, Material, MaterialId, Medium, Mesh, Model, Motion, Note,
-    Photometry, Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults,
-    Rolling, Scene, Severity, Shape, Shutter, ShutterError, ShutterShape, Sky, Sphere, Subsurface, Sun,
-    SunError, SunPosition, Texture, TextureGraph, TextureRef, TextureSlot, ToneMapper, TriangleMesh,
+    Daylight, DensityGrid, Distortion, Environment, EnvironmentPreset, Fog, GivenFiles, Group, GroupId,
+    Groups, Instance, InstanceId, Interior, LAYER_NUMBERS, LayerNumber, Layers, Light, LightKind,
+    LightParameter, LightProfile, LoadError, LoadOptions, LoadReport, Loaded, Material, MaterialId, Medium,
+    Mesh, Model, Motion, Note, Photometry, Pixels, Portal, PortalError, Projection, ProjectionParameter,
+    Quantity, RenderDefaults, Rolling, Scene, Severity, Shape, Shutter, ShutterError, ShutterShape, Sky,
+    Sphere, Subsurface, Sun, SunError, SunPosition, Texture, TextureGraph, TextureRef, TextureSlot,
+    ToneMapper, TriangleMesh,
 };
 pub use sequence::{FrameFilm, Moment as FrameMoment, SequenceDenoiser, frame_seed};
 pub use source::{Place, Source};
+pub use tev::{Tev, TevAddress, TevChannel, TevError, UnknownTevAddress};
 pub use together::Together;
 
 /// Error metrics between pictures.

@@ -81,6 +81,9 @@ pub struct Renderer {
     fingerprint: Option<String>,
 }
 
+/// Sees how far a picture is, and the renderer, which has it.
+pub type AfterPass<'a> = dyn FnMut(&mut Renderer, &Summary) + 'a;
+
 impl Renderer {
     /// On the CPU, with `threads` threads, at most 1024; `None` uses all cores.
     ///
@@ -157,10 +160,10 @@ impl Renderer {
     /// # Errors
     /// Without a scene, for impossible views, and when the device fails.
     pub fn render(&mut self, job: &Job, limits: &Limits, control: &Control) -> Result<Summary, BackendError> {
-        self.render_view(&job.view(0.0), limits, control, &mut |_| {})
+        self.render_view(&job.view(0.0), limits, control, &mut |_, _| {})
     }
 
-    /// Renders a view; `after_pass` sees how far it is after each pass.
+    /// Renders a view; `after_pass` sees after each pass how far it is, and may look at the picture as it is then.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -169,7 +172,7 @@ impl Renderer {
         view: &View,
         limits: &Limits,
         control: &Control,
-        after_pass: &mut dyn FnMut(&Summary),
+        after_pass: &mut AfterPass<'_>,
     ) -> Result<Summary, BackendError> {
         check_view(view)?;
         let mut summary = match &limits.sampling {
@@ -195,7 +198,7 @@ impl Renderer {
         view: &View,
         limits: &Limits,
         control: &Control,
-        after_pass: &mut dyn FnMut(&Summary),
+        after_pass: &mut AfterPass<'_>,
     ) -> Result<Summary, BackendError> {
         let start = Instant::now();
         let mut summary = Summary::default();
@@ -212,7 +215,7 @@ impl Renderer {
             if limits.noise.is_some() {
                 summary.noise = self.backend.relative_error()?;
             }
-            after_pass(&summary);
+            after_pass(self, &summary);
             let quiet = limits.noise.zip(summary.noise).is_some_and(|(limit, noise)| noise <= limit);
             // An error estimate of a few samples is not one.
             if limits.time.is_some_and(|t| summary.elapsed >= t) || (quiet && summary.spp >= 16) {

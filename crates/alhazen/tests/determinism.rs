@@ -106,7 +106,7 @@ fn a_render_in_several_calls_is_the_same_bits() {
     let mut view = job.view(0.0);
     for spp in [1, 16, 7, 16] {
         let limits = Limits { spp, ..Limits::default() };
-        renderer.render_view(&view, &limits, &Control::new(), &mut |_| {}).unwrap();
+        renderer.render_view(&view, &limits, &Control::new(), &mut |_, _| {}).unwrap();
         view.first_sample += spp;
     }
     assert!(
@@ -139,7 +139,7 @@ fn looking_behind_triangles_changes_no_bit() {
     let mut view = job.view(0.0);
     for _ in 0..32 {
         let limits = Limits { spp: 1, ..Limits::default() };
-        renderer.render_view(&view, &limits, &Control::new(), &mut |_| {}).unwrap();
+        renderer.render_view(&view, &limits, &Control::new(), &mut |_, _| {}).unwrap();
         view.first_sample += 1;
     }
     assert!(renderer.film().unwrap().unwrap() == &whole, "rays that say what they leave make other bits");
@@ -156,7 +156,7 @@ fn ranges_of_samples_merge_to_the_same_bits() {
         let mut view = job.view(0.0);
         view.first_sample = first;
         renderer
-            .render_view(&view, &Limits { spp, ..Limits::default() }, &Control::new(), &mut |_| {})
+            .render_view(&view, &Limits { spp, ..Limits::default() }, &Control::new(), &mut |_, _| {})
             .unwrap();
         renderer.film().unwrap().unwrap().clone()
     };

@@ -308,7 +308,7 @@ fn splitting_a_call_changes_nothing_but_rounding() {
         for (first, count) in [(0, 2), (2, 4), (6, 3)] {
             view.first_sample = first;
             let limits = Limits { spp: count, ..Limits::default() };
-            renderer.render_view(&view, &limits, &Control::new(), &mut |_| {}).expect("render");
+            renderer.render_view(&view, &limits, &Control::new(), &mut |_, _| {}).expect("render");
             assert!(renderer.film().expect("film").is_some());
         }
         let parts = renderer.film().expect("film").expect("rendered");
@@ -378,7 +378,7 @@ fn a_lost_device_is_replaced_by_the_cpu() {
     let mut view = job.view(0.0);
     view.first_sample = 6;
     let rest = Limits { spp: 10, ..Limits::default() };
-    renderer.render_view(&view, &rest, &Control::new(), &mut |_| {}).expect("the CPU goes on");
+    renderer.render_view(&view, &rest, &Control::new(), &mut |_, _| {}).expect("the CPU goes on");
     assert_eq!(renderer.backend_name(), "cpu");
     let notices = renderer.take_notices();
     assert!(notices.len() == 1 && notices[0].contains("lost") && notices[0].contains("cpu"), "{notices:?}");
@@ -401,7 +401,7 @@ fn samples_lost_with_a_device_are_made_again() {
         view.first_sample = first;
         let limits = Limits { spp: count, ..Limits::default() };
         // The facade reads the film at the end of every call; the back end below it does not.
-        renderer.render_view(&view, &limits, &Control::new(), &mut |_| {}).map(|_| ())
+        renderer.render_view(&view, &limits, &Control::new(), &mut |_, _| {}).map(|_| ())
     };
     samples(0, 1).expect("render");
     destroy();

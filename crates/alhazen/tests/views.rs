@@ -78,7 +78,7 @@ fn bits(pictures: &ViewPictures, layer: ViewLayer, number: usize, count: usize) 
 /// What a film of one view of the batch shows.
 fn film_of(renderer: &mut Renderer, batch: &ViewBatch, number: usize) -> Film {
     let limits = Limits { spp: batch.samples, ..Limits::default() };
-    renderer.render_view(&batch.single(number), &limits, &Control::new(), &mut |_| {}).expect("a picture");
+    renderer.render_view(&batch.single(number), &limits, &Control::new(), &mut |_, _| {}).expect("a picture");
     renderer.film().expect("a film").expect("rendered").clone()
 }
 

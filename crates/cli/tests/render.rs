@@ -350,3 +350,51 @@ fn the_thumbnailer_makes_a_picture() {
     succeed(folder.path(), &arguments.replace("--time 3s", "--time 1s"));
     assert_eq!(Image::open(folder.path().join("preview.png")).unwrap().width(), 32);
 }
+
+/// A studio lights a model more than a night does, and from other sides than a sky.
+#[test]
+fn ready_made_environments_light_a_model() {
+    let folder = folder_with_triangle();
+    let means = ["studio", "sky", "night"].map(|name| {
+        let arguments = format!(
+            "render triangle.obj -q --backend cpu --width 24 --height 16 --spp 8 --environment {name} -o {name}.exr"
+        );
+        succeed(folder.path(), &arguments);
+        let mean = colour(&folder.path().join(format!("{name}.exr"))).mean();
+        mean.iter().sum::<f64>() / mean.len() as f64
+    });
+    assert!(means[0] > 2.0 * means[2] && means[1] > 2.0 * means[2] && means[2] > 1e-3, "{means:?}");
+    assert!((means[0] - means[1]).abs() > 1e-3, "{means:?}");
+    // A file of that name comes first, and this is none.
+    std::fs::write(folder.path().join("sky"), "no picture").unwrap();
+    fail(folder.path(), "render triangle.obj -q --environment sky -o a.png", "sky");
+}
+
+/// The growing picture and the finished one, with its layers, arrive; where nobody listens, nothing is rendered.
+#[test]
+fn a_tev_is_shown_the_picture() {
+    let folder = folder_with_triangle();
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let thread = std::thread::spawn(move || {
+        let mut sent = Vec::new();
+        std::io::Read::read_to_end(&mut listener.accept().unwrap().0, &mut sent).unwrap();
+        sent
+    });
+    let picture = "render triangle.obj -q --backend cpu --width 24 --height 16 --spp 2 --aov depth -o a.exr";
+    succeed(folder.path(), &format!("{picture} --tev {address}"));
+    let sent = thread.join().unwrap();
+    let length = |at: usize| u32::from_le_bytes(sent[at..at + 4].try_into().unwrap()) as usize;
+    // Room is made for a picture, and its pixels come.
+    let second = length(0);
+    assert_eq!((sent[4], sent[second + 4], second + length(second)), (4, 6, sent.len()));
+    let text = String::from_utf8_lossy(&sent);
+    assert!(text.contains("alhazen: triangle.obj\0") && text.contains("depth."), "{text}");
+    let values = sent[sent.len() - 4 * 24 * 16..].chunks_exact(4);
+    let values: Vec<f32> = values.map(|v| f32::from_le_bytes(v.try_into().unwrap())).collect();
+    let file = ExrFile::read(&folder.path().join("a.exr")).unwrap();
+    let is_same = |samples: &ExrSamples| matches!(samples, ExrSamples::Float(stored) if *stored == values);
+    assert!(file.channels.iter().any(|channel| is_same(&channel.samples)), "not the values of the file");
+    let ran = fail(folder.path(), &format!("{picture} --tev {address}"), "no tev listens");
+    assert_eq!(ran.code, Some(6));
+}

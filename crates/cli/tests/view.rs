@@ -159,6 +159,30 @@ command Undo\ncommand Undo\ncommand Undo\ncommand Undo\nwait 4\npicture undone.e
     assert_eq!(after.data(), opened.data(), "what was saved opens as it was seen");
 }
 
+/// What is selected by a rectangle is deleted together; a crop has the samples of the whole picture; the grid is seen.
+#[test]
+fn rectangles_select_and_crop_and_the_ground_has_a_grid() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("rectangles_select_and_crop_and_the_ground_has_a_grid") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = "\
+denoise off\nwait 2\npicture whole.exr\nframes 60\nscreenshot bare.png\ncommand Show or hide the ground grid\nframes 60
+screenshot grid.png\ncommand Show or hide the ground grid\narea 0 0 1 1\ncommand Delete the selection\nwait 2\npicture empty.exr
+command Undo\ncrop 0.25 0.5 0.75 1\nwait 2\npicture part.exr\ncommand Reset the crop: render the whole picture\nwait 2\npicture again.exr\n";
+    display.view(folder.path(), "cornell --backend cpu --width 96 --height 96 --spp 2", script);
+    let [whole, empty, part, again] =
+        ["whole", "empty", "part", "again"].map(|n| open(&folder.path().join(format!("{n}.exr"))));
+    assert_eq!(whole.data(), again.data(), "undo and the end of the crop bring all back");
+    assert!(empty.data().iter().all(|v| *v == 0.0), "something was not selected");
+    for (x, y) in (0..96 * 96).map(|i| (i % 96, i / 96)) {
+        let is_inside = (24..72).contains(&x) && y >= 48;
+        let expected = if is_inside { whole.rgb(x, y) } else { [0.0; 3] };
+        assert_eq!(part.rgb(x, y), expected, "{x} {y}");
+    }
+    let [bare, grid] = ["bare.png", "grid.png"].map(|n| open(&folder.path().join(n)));
+    assert!(metrics::mse(&bare, &grid).expect("the same size") > 1e-6, "no grid is seen");
+}
+
 #[test]
 fn files_are_opened_dropped_reloaded_and_refused() {
     let _turn = TURN.lock();

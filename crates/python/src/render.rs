@@ -109,7 +109,7 @@ pub fn render<'py>(py: Python<'py>, scene: &Scene, settings: &Settings<'py>) -> 
     let before = AtomicU64::new(0);
     let fraction = || (before.load(Ordering::Relaxed) + control.progress().samples_done) as f64 / total;
     // Each pass counts from zero again.
-    let mut after_pass = |summary: &Summary| {
+    let mut after_pass = |_: &mut Renderer, summary: &Summary| {
         control.begin(0);
         before.store(summary.samples, Ordering::Relaxed);
     };

@@ -10,8 +10,8 @@ use scene::edits::{
 use scene::load::scene_file::{self, open_edited};
 use scene::tables::SceneTables;
 use scene::{
-    Camera, Light, LightKind, LightProfile, LoadError, LoadOptions, Photometry, RenderDefaults, Scene,
-    Texture, TextureRef, builtin,
+    Camera, EnvironmentPreset, Light, LightKind, LightProfile, LoadError, LoadOptions, Photometry,
+    RenderDefaults, Scene, Texture, TextureRef, builtin,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -158,6 +158,31 @@ fn impossible_edits_are_named() {
     assert!(error.to_string().contains("`roughness`"), "{error}");
     let own = EnvironmentRecord::Own { rotation: 0.0, intensity: 1.0 };
     assert!(attempt(&|e| e.environment = Some(own.clone())).to_string().contains("picture of its own"));
+}
+
+/// The studio is a picture that no file has: whoever loads what was written makes it again.
+#[test]
+fn ready_made_environments_are_written_and_made_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for preset in EnvironmentPreset::ALL {
+        let edits = Edits { environment: Some(preset.into()), ..Edits::default() };
+        let mut edited = Editable::new(cornell());
+        edited.set(&edits, &Resources::default()).expect("valid");
+        let mut expected = cornell();
+        preset.put_around(&mut expected, 0.0, 1.0);
+        assert_eq!(edited.scene().environment, expected.environment);
+        assert_eq!(edited.scene().images.len(), expected.images.len());
+        let render = RenderDefaults::default();
+        let (file, parameters) = (None, Default::default());
+        let builtin = Some("cornell".to_owned());
+        let written = EditedFile { name: String::new(), file, builtin, parameters, render, edits };
+        let path = folder.path().join(format!("{}.toml", preset.name()));
+        std::fs::write(&path, written.to_text(folder.path()).expect("text")).expect("written");
+        let loaded = scene_file::load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(loaded.scene.environment, expected.environment);
+        let pixels = |scene: &Scene| scene.images.last().map(|image| format!("{:?}", image.pixels));
+        assert!(pixels(&loaded.scene) == pixels(&expected));
+    }
 }
 
 /// A scene with graphs of many kinds of nodes, one of which shows an image; textures 0 and 1 are images.

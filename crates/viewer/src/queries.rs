@@ -1,7 +1,10 @@
 //! What is under the pointer: rays through the picture, asked of the facade's ray queries on a thread of their own.
 
-use alhazen::{Camera, Control, RayQueries, SceneTables, camera_frame, picture_ray};
+use crate::gizmo::grid::{self, Grid};
+use alhazen::{Camera, Control, InstanceId, MaterialId, RayQueries, SceneTables, camera_frame, picture_ray};
+use egui::Color32;
 use glam::Vec3;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -30,8 +33,12 @@ pub enum What {
         /// What it is for.
         purpose: Purpose,
     },
-    /// Where an object's outline is.
-    Outline(u32),
+    /// Where the outline of objects is; their numbers, sorted.
+    Outline(Vec<InstanceId>),
+    /// Which objects are seen for the most part in a rectangle: left, top, right and bottom in shares of the picture.
+    Area([f32; 4]),
+    /// What the grid on the ground looks like.
+    Ground(Grid),
 }
 
 /// What a point is wanted for.
@@ -39,6 +46,10 @@ pub enum What {
 pub enum Purpose {
     /// Select what is there.
     Select,
+    /// Select it as well, or no more.
+    Toggle,
+    /// Give it a material.
+    TakeMaterial(MaterialId),
     /// Turn the camera about it.
     Target,
     /// Bring it into the lens's focus.
@@ -56,6 +67,10 @@ pub enum Answer {
     Point(Purpose, Option<Seen>),
     /// Pixels of an outline.
     Outline(Outline),
+    /// Objects in a rectangle, sorted.
+    Area(Vec<InstanceId>),
+    /// Width, height and colours of the grid on the ground.
+    Ground([u32; 2], Vec<Color32>),
 }
 
 /// A point of a surface.
@@ -75,11 +90,11 @@ pub struct Seen {
     pub primitive: u32,
 }
 
-/// An object's outline as a mask.
+/// The outline of objects as a mask.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outline {
-    /// The object.
-    pub instance: u32,
+    /// The objects, sorted.
+    pub instances: Vec<InstanceId>,
     /// Width of the mask.
     pub width: u32,
     /// Height of the mask.
@@ -148,7 +163,7 @@ fn newest(first: Message, inbox: &Receiver<Message>) -> (Option<Arc<SceneTables>
         match message {
             Message::Scene(scene) => tables = Some(scene),
             Message::Ask(question) => {
-                questions.retain(|q| kind(&q.what) != kind(&question.what));
+                questions.retain(|q| !is_alike(&q.what, &question.what));
                 questions.push(*question);
             }
         }
@@ -156,10 +171,11 @@ fn newest(first: Message, inbox: &Receiver<Message>) -> (Option<Arc<SceneTables>
     (tables, questions)
 }
 
-fn kind(what: &What) -> Option<Purpose> {
-    match what {
-        What::Point { purpose, .. } => Some(*purpose),
-        What::Outline(_) => None,
+/// Whether nobody waits for the answer to one question once the other is asked.
+fn is_alike(a: &What, b: &What) -> bool {
+    match (a, b) {
+        (What::Point { purpose: a, .. }, What::Point { purpose: b, .. }) => a == b,
+        _ => std::mem::discriminant(a) == std::mem::discriminant(b),
     }
 }
 
@@ -175,9 +191,14 @@ impl Thread {
             self.built = RayQueries::new(self.tables.clone()?, None).ok();
         }
         let queries = self.built.as_ref()?;
-        Some(match question.what {
-            What::Point { x, y, purpose } => Answer::Point(purpose, seen(queries, question, x, y)),
-            What::Outline(instance) => Answer::Outline(outline(queries, question, instance)),
+        Some(match &question.what {
+            What::Point { x, y, purpose } => Answer::Point(*purpose, seen(queries, question, *x, *y)),
+            What::Outline(instances) => Answer::Outline(outline(queries, question, instances)),
+            What::Ground(ground) => {
+                let size = [question.width, question.height];
+                Answer::Ground(size, grid::picture(queries, &question.camera, size, ground))
+            }
+            What::Area(area) => Answer::Area(mostly_within(&objects(queries, question), question, *area)),
         })
     }
 }
@@ -199,8 +220,8 @@ pub fn seen(queries: &RayQueries, question: &Question, x: f32, y: f32) -> Option
     found.into_iter().next().flatten()
 }
 
-/// Pixels of an object that have a neighbour that is not: its outline as far as it is seen.
-pub fn outline(queries: &RayQueries, question: &Question, instance: u32) -> Outline {
+/// The object that is seen in each pixel.
+fn objects(queries: &RayQueries, question: &Question) -> Vec<Option<InstanceId>> {
     let (width, height) = (question.width, question.height);
     let frame = camera_frame(&question.camera, width, height);
     let ray = |i: usize| {
@@ -208,10 +229,47 @@ pub fn outline(queries: &RayQueries, question: &Question, instance: u32) -> Outl
         picture_ray(&frame, width, height, x as f32 + 0.5, y as f32 + 0.5)
     };
     let count = width as usize * height as usize;
-    let inside =
-        queries.map(count, &Control::new(), ray, |_, point| point.is_some_and(|p| p.instance() == instance));
-    let mask = edges(&solid(&inside, width as usize), width as usize);
-    Outline { instance, width, height, mask }
+    queries.map(count, &Control::new(), ray, |_, point| point.map(|p| p.instance()))
+}
+
+/// Objects that have at least half of their pixels in a rectangle, sorted. So a rectangle around things on a floor does
+/// not have the floor.
+fn mostly_within(
+    objects: &[Option<InstanceId>],
+    question: &Question,
+    [left, top, right, bottom]: [f32; 4],
+) -> Vec<InstanceId> {
+    let (width, height) = (question.width as f32, question.height as f32);
+    let mut counts = BTreeMap::<InstanceId, [u32; 2]>::new();
+    for (i, object) in objects.iter().enumerate() {
+        let Some(object) = object else { continue };
+        let (x, y) = (i as u32 % question.width, i as u32 / question.width);
+        let (x, y) = ((x as f32 + 0.5) / width, (y as f32 + 0.5) / height);
+        let [inside, all] = counts.entry(*object).or_default();
+        *inside += u32::from(x >= left && x < right && y >= top && y < bottom);
+        *all += 1;
+    }
+    counts.into_iter().filter(|(_, [inside, all])| 2 * inside >= *all).map(|(object, _)| object).collect()
+}
+
+/// Pixels of objects that have a neighbour that is not: their outline as far as it is seen.
+///
+/// - `instances`: sorted.
+pub fn outline(queries: &RayQueries, question: &Question, instances: &[InstanceId]) -> Outline {
+    let (width, height) = (question.width, question.height);
+    let seen = objects(queries, question);
+    let border = |of: &[InstanceId]| {
+        let is_one = |object: &Option<InstanceId>| object.is_some_and(|o| of.binary_search(&o).is_ok());
+        let inside: Vec<bool> = seen.iter().map(is_one).collect();
+        edges(&solid(&inside, width as usize), width as usize)
+    };
+    // A few have a border each, also where they are in front of each other; many have one around them all.
+    let each = if instances.len() <= MOST_BORDERS { 1 } else { instances.len() };
+    let mut mask = vec![false; seen.len()];
+    for of in instances.chunks(each) {
+        mask.iter_mut().zip(border(of)).for_each(|(mask, on)| *mask |= on);
+    }
+    Outline { instances: instances.to_vec(), width, height, mask }
 }
 
 /// What is shown as the inside of an object. Rays pass through what is half transparent at random, so
@@ -226,6 +284,9 @@ fn solid(inside: &[bool], width: usize) -> Vec<bool> {
     let pixels = most.iter().zip(&many).zip(&speckles);
     pixels.map(|((most, many), speckles)| if *speckles > SPECKLED { *many > 0.5 } else { *most }).collect()
 }
+
+/// So many objects have an outline each.
+const MOST_BORDERS: usize = 6;
 
 /// A place is speckled if more than this share of its pixels is not like those around them.
 const SPECKLED: f32 = 0.02;
@@ -290,7 +351,7 @@ mod tests {
 
     fn cornell() -> (RayQueries, Question) {
         let scene = Source::parse("cornell").load(&LoadOptions::default()).expect("built in").scene;
-        let what = What::Outline(0);
+        let what = What::Outline(vec![0]);
         let camera = scene.default_camera();
         let tables = SceneTables::build(&scene);
         let question = Question { camera, width: 80, height: 80, what };
@@ -312,10 +373,29 @@ mod tests {
     fn outlines_surround_what_is_seen_of_an_object() {
         let (queries, mut question) = cornell();
         let at = seen(&queries, &question, 30.0, 55.0).expect("something");
-        question.what = What::Outline(at.instance);
-        let outline = outline(&queries, &question, at.instance);
+        question.what = What::Outline(vec![at.instance]);
+        let outline = outline(&queries, &question, &[at.instance]);
         let count = outline.mask.iter().filter(|m| **m).count();
         assert!(count > 20 && count < 2000, "{count}");
+        // With what is behind it, it keeps its own outline.
+        let all: Vec<_> = (0..=at.instance.max(9)).collect();
+        let few = super::outline(&queries, &question, &all[..MOST_BORDERS.min(all.len())]);
+        let many = super::outline(&queries, &question, &all);
+        let set = |outline: &Outline| outline.mask.iter().filter(|m| **m).count();
+        assert!(set(&few) > set(&many), "{} {}", set(&few), set(&many));
+    }
+
+    /// The back wall of the box is seen all around its middle.
+    #[test]
+    fn rectangles_have_what_is_for_the_most_part_in_them() {
+        let (queries, question) = cornell();
+        let seen = objects(&queries, &question);
+        let all = mostly_within(&seen, &question, [0.0, 0.0, 1.0, 1.0]);
+        assert!(all.len() > 3 && all.is_sorted(), "{all:?}");
+        let left = mostly_within(&seen, &question, [0.0, 0.0, 0.5, 1.0]);
+        let right = mostly_within(&seen, &question, [0.5, 0.0, 1.0, 1.0]);
+        assert!(!left.is_empty() && left.len() < all.len() && left != right, "{left:?} {right:?}");
+        assert!(mostly_within(&seen, &question, [0.49, 0.49, 0.51, 0.51]).is_empty());
     }
 
     #[test]

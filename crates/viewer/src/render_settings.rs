@@ -4,7 +4,7 @@ use crate::integrators::Integrators;
 use crate::worker::Shown;
 use alhazen::{
     Adaptive, Camera, DirectSettings, FrameSamples, FrameView, HybridSettings, Integrator, Job, NoisyPicture,
-    PathSettings, RealtimeSettings, RenderDefaults, SamplerKind, Sampling, ToneMapping, Visibility,
+    PathSettings, RealtimeSettings, Rect, RenderDefaults, SamplerKind, Sampling, ToneMapping, Visibility,
 };
 
 /// How light is transported, and how much of it.
@@ -26,6 +26,8 @@ pub struct RenderSettings {
     pub noise: Option<f32>,
     /// Width and height in pixels; `None` fills the window.
     pub size: Option<[u32; 2]>,
+    /// Only this part of the picture: left, top, right and bottom in shares of its size.
+    pub crop: Option<[f32; 4]>,
 }
 
 impl RenderSettings {
@@ -40,7 +42,20 @@ impl RenderSettings {
             sampling: Sampling::Uniform,
             noise: None,
             size: None,
+            crop: None,
         }
+    }
+
+    /// The pixels of a picture of `width`×`height` that are rendered; `None` is all of them. They are at least one.
+    pub fn crop_of(&self, [width, height]: [u32; 2]) -> Option<Rect> {
+        let [left, top, right, bottom] = self.crop?;
+        let span = |low: f32, high: f32, size: u32| {
+            let edge = |share: f32| (share * size as f32).round() as u32;
+            let low = edge(low).min(size - 1);
+            (low, edge(high).clamp(low + 1, size) - low)
+        };
+        let ((x, width), (y, height)) = (span(left, right, width), span(top, bottom, height));
+        Some(Rect { x, y, width, height })
     }
 
     /// The picture to render.
@@ -61,7 +76,7 @@ impl RenderSettings {
             camera,
             width,
             height,
-            crop: None,
+            crop: self.crop_of([width, height]),
             // What depends on the first hit only needs no light.
             integrator: if shown.layer.is_geometric() { Integrator::Aov } else { integrator },
             single_scatter: self.single_scatter,

@@ -32,6 +32,8 @@ pub struct Settings {
     pub own_dialogs: bool,
     /// Signs over the picture for lights and cameras.
     pub icons: bool,
+    /// A grid on the ground.
+    pub ground_grid: bool,
     /// The compass of axes in a corner of the picture.
     pub compass: bool,
     /// Borders and values of pixels that are large enough for them.
@@ -54,6 +56,7 @@ impl Default for Settings {
             watch: true,
             own_dialogs: false,
             icons: true,
+            ground_grid: false,
             compass: true,
             pixel_grid: true,
             outliner_height: 260.0,
@@ -102,7 +105,7 @@ impl Settings {
             std::fs::create_dir_all(folder)?;
         }
         let text = serde_json::to_string_pretty(self)?;
-        std::fs::write(path, text)
+        crate::text_file::write(path, &text).map_err(std::io::Error::other)
     }
 
     /// Puts a file to the top of the list.

@@ -5,6 +5,7 @@ mod zoom;
 pub use zoom::{Zoom, left_of, pixel_at, pixels_in};
 
 use crate::navigation;
+use crate::panels::DraggedMaterial;
 use crate::viewer::{Action, Viewer};
 use egui::{Color32, Key, PointerButton, Rect, Response, Sense, Ui, Vec2};
 
@@ -19,7 +20,10 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let place = viewer.zoom.place(room, aspect);
     viewer.place = place;
     let painter = ui.painter_at(room);
-    painter.rect_filled(room, 0.0, Color32::from_gray(18));
+    // Not where the picture hides it: software drivers take their time for every pixel.
+    if viewer.shot().is_none() || !place.contains_rect(room) {
+        painter.rect_filled(room, 0.0, Color32::from_gray(18));
+    }
     viewer.paint(&painter, place);
     steer(viewer, ui, &response, room, aspect);
 }
@@ -34,7 +38,12 @@ fn steer(viewer: &mut Viewer, ui: &Ui, response: &Response, room: Rect, aspect: 
         return;
     }
     viewer.pointer = response.hover_pos();
-    if viewer.click_compass(response) || viewer.manipulate(ui, response) {
+    let drops = response.dnd_release_payload::<DraggedMaterial>();
+    if let (Some(material), Some(at)) = (drops, ui.input(|i| i.pointer.interact_pos())) {
+        return viewer.act(Action::TakeMaterial(at, material.0));
+    }
+    let takes_pointer = viewer.click_compass(response) || viewer.drag_rectangle(ui, response);
+    if takes_pointer || viewer.manipulate(ui, response) {
         return;
     }
     if drag != glam::Vec2::ZERO {
@@ -66,6 +75,8 @@ fn steer(viewer: &mut Viewer, ui: &Ui, response: &Response, room: Rect, aspect: 
             viewer.act(Action::FocusOn(at));
         } else if response.clicked() && modifiers.command {
             viewer.act(Action::FocusLens(at));
+        } else if response.clicked() && modifiers.shift {
+            viewer.act(Action::Toggle(at));
         } else if response.clicked() && viewer.gizmo.aims {
             viewer.act(Action::Aim(at));
         } else if response.clicked() {

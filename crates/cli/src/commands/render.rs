@@ -7,6 +7,7 @@ mod checks;
 mod ending;
 mod made;
 mod moving;
+mod onlooker;
 pub mod output;
 pub mod parsing;
 mod places;
@@ -38,7 +39,10 @@ use checks::{check, protect_inputs};
 use ending::check_end;
 use made::{InSequence, Made};
 use moving::{Moving, stillness};
+use onlooker::Onlooker;
 use report::{print_loaded, report};
+#[cfg(feature = "window")]
+pub use setup::environment_preset;
 use setup::{job, limits, set_environment};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -49,6 +53,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let (videos, pictures) = check(args).map_err(|error| Exit::Usage.or(error))?;
     let options =
         LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..args.loading.options() };
+    let mut onlooker = Onlooker::start(args)?;
     let mut memory_limit = super::loading::memory_limit(&options);
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
@@ -110,11 +115,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             frame: args.sequence().is_some().then_some(frame),
             ..PartJob::whole(&job, limits.spp, &description)
         };
+        if let Some(onlooker) = &mut onlooker {
+            onlooker.begin(part_job.frame);
+        }
         let begin = Instant::now();
         let (made, summary) = if args.split.is_used() {
             saved.render(&mut renderer, &part_job, &control, args.quiet)?
         } else {
-            render_whole(&mut renderer, &part_job, &limits, &control, args.quiet)?
+            render_whole(&mut renderer, &part_job, &limits, &control, args.quiet, onlooker.as_mut())?
         };
         profile.span("render", begin);
         profile.passes(&renderer.take_passes(), begin);
@@ -127,7 +135,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             view: job.view(part_job.time),
             scene: loaded.as_ref().map(|loaded| &loaded.scene),
         });
-        let files = made.write(&mut renderer, &written, &job, args, place);
+        let files = made.write(&mut renderer, &written, &job, args, place, onlooker.as_mut());
         profile.span("write", begin);
         let reported = report(args, &renderer, &job, &summary, load_time, &built, &written);
         files.and(reported)?;
@@ -180,11 +188,18 @@ fn render_whole(
     limits: &Limits,
     control: &Arc<Control>,
     quiet: bool,
+    mut onlooker: Option<&mut Onlooker>,
 ) -> anyhow::Result<(Made, Summary)> {
     let display = ProgressDisplay::new(control.clone(), part_job.picture().sample_count(), quiet);
     // The last picture of a sequence may have had the same view.
     renderer.restart();
-    let summary = renderer.render_view(&part_job.job.view(part_job.time), limits, control, &mut |_| {})?;
+    let mut after_pass = |renderer: &mut Renderer, _: &Summary| {
+        if let Some(onlooker) = &mut onlooker {
+            onlooker.look(renderer);
+        }
+    };
+    let view = part_job.job.view(part_job.time);
+    let summary = renderer.render_view(&view, limits, control, &mut after_pass)?;
     display.finish();
     let backends = BTreeSet::from([renderer.backend_name().to_owned()]);
     let settings = part_job.description.settings_at(part_job.job, part_job.time);

@@ -4,6 +4,7 @@ use crate::console::{print_result, say};
 use alhazen::edits::DaylightRecord;
 use alhazen::{
     BackendChoice, Daylight, Integrator, LoadOptions, PathKernel, RendererOptions, Source, SunPosition,
+    TevAddress,
 };
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
@@ -46,8 +47,8 @@ pub struct ViewArgs {
     /// Camera of the file, by name or number.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
-    /// Light from outside: an .hdr or .exr panorama, or a constant radiance R,G,B.
-    #[arg(long, value_name = "FILE|R,G,B")]
+    /// Light from outside: an .hdr or .exr panorama, a constant radiance R,G,B, or studio, sky or night.
+    #[arg(long, value_name = "FILE|R,G,B|NAME")]
     environment: Option<String>,
     /// A clear sky with its sun, where it stands: see `alhazen render --help`. Try --exposure 0.02.
     #[arg(long, value_name = "POSITION", conflicts_with = "environment")]
@@ -67,6 +68,9 @@ pub struct ViewArgs {
     /// Number of threads [default: all cores].
     #[arg(long, value_parser = super::render::parsing::parse_threads)]
     threads: Option<usize>,
+    /// Send pictures to a running tev as they are shown; without a port that is 14158, tev's own.
+    #[arg(long, value_name = "HOST:PORT")]
+    tev: Option<TevAddress>,
     /// Size of the window, WIDTHxHEIGHT in pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     window: Option<[u32; 2]>,
@@ -133,6 +137,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         },
         size: args.width.zip(args.height).map(|(width, height)| [width, height]),
         first: first_view(args)?,
+        tev: args.tev.clone(),
         ..Start::default()
     };
     let smoke = match args.smoke {
@@ -174,6 +179,9 @@ fn first_view(args: &ViewArgs) -> anyhow::Result<FirstView> {
 
 /// A file, or three numbers where there is no file of that name; as `alhazen render` has it.
 fn parse_environment(text: &str) -> anyhow::Result<FirstEnvironment> {
+    if let Some(preset) = super::render::environment_preset(text) {
+        return Ok(FirstEnvironment::Preset(preset));
+    }
     match super::render::parsing::parse_vector(text) {
         Ok(radiance) if !Path::new(text).exists() => {
             ensure!(radiance.iter().all(|c| *c >= 0.0), "--environment {text}: radiance cannot be negative");
@@ -192,6 +200,8 @@ mod tests {
 
     #[test]
     fn environments_are_numbers_or_files() {
+        let studio = FirstEnvironment::Preset(alhazen::EnvironmentPreset::Studio);
+        assert_eq!(parse_environment("studio").expect("ours"), studio);
         assert_eq!(parse_environment("1,2,3").expect("numbers"), FirstEnvironment::Constant([1.0, 2.0, 3.0]));
         let error = parse_environment("-1,0,0").unwrap_err().to_string();
         assert!(error.contains("negative"), "{error}");

@@ -4,8 +4,8 @@ use super::tree::Unseen;
 use super::{Addition, Edits, EnvironmentRecord, GraphProblem};
 use crate::animation::{KeyedObject, Moment};
 use crate::{
-    Environment, GroupId, Groups, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape,
-    Sphere, Texture, TextureGraph, TextureId,
+    Environment, EnvironmentPreset, GroupId, Groups, Image, Instance, InstanceId, Material, MaterialId, Mesh,
+    Scene, Shape, Sphere, Texture, TextureGraph, TextureId,
 };
 use glam::{Affine3A, Vec3};
 use std::collections::HashMap;
@@ -382,6 +382,10 @@ impl Editable {
                     return Err(EditError::Value { object: "environment".into(), problem });
                 };
                 Environment::Image { image, rotation: *rotation, intensity: *intensity }
+            }
+            EnvironmentRecord::Studio { rotation, intensity } => {
+                EnvironmentPreset::Studio.put_around(&mut self.scene, *rotation, *intensity);
+                return Ok(());
             }
             EnvironmentRecord::File { file, rotation, intensity } => {
                 let image = self.add_environment(file, resources)?;

@@ -4,8 +4,8 @@
 //! every number, so that what is read is bit for bit what was written.
 
 use crate::{
-    AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, Material, Model, Projection, Sky, Sun,
-    SunPosition, UvTransform,
+    AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, EnvironmentPreset, Material, Model,
+    Projection, Sky, Sun, SunPosition, UvTransform,
 };
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -118,6 +118,8 @@ pub enum EnvironmentRecord {
     Own { rotation: f32, intensity: f32 },
     /// A picture from a file.
     File { file: PathBuf, rotation: f32, intensity: f32 },
+    /// The studio of [`EnvironmentPreset`], turned and scaled.
+    Studio { rotation: f32, intensity: f32 },
     /// A gradient.
     Sky(SkyRecord),
     /// A clear sky with its sun.
@@ -169,6 +171,13 @@ impl From<&Environment> for EnvironmentRecord {
             Environment::Sky(sky) => Self::Sky(sky.into()),
             Environment::Daylight(daylight) => Self::Daylight(daylight.into()),
         }
+    }
+}
+
+impl From<EnvironmentPreset> for EnvironmentRecord {
+    fn from(preset: EnvironmentPreset) -> Self {
+        let studio = Self::Studio { rotation: 0.0, intensity: 1.0 };
+        preset.gradient().map_or(studio, |sky| Self::Sky((&sky).into()))
     }
 }
 

@@ -2,9 +2,10 @@
 //!
 //! `lens` says where the world is in the window, `handle` which handles there are, `motion` what a drag of one means,
 //! [`markers`] how lights and cameras are seen,
-//! [`compass`] where the world's axes point. Nothing here changes a scene; [`crate::viewer`] does.
+//! [`compass`] where the world's axes point, [`grid`] what the ground's grid looks like. Nothing here changes a scene; [`crate::viewer`] does.
 
 pub mod compass;
+pub mod grid;
 mod handle;
 mod lens;
 pub mod markers;

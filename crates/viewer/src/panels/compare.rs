@@ -1,4 +1,4 @@
-//! Comparison with another picture, error metrics, and the pictures that were kept.
+//! Comparison with another picture, and error metrics.
 
 use super::render::transport;
 use super::widgets::{choice, slider, told};
@@ -65,60 +65,4 @@ fn numbers(compared: &Compared, ui: &mut Ui) {
     told(ui, "Mean difference", format!("{:.3e}", compared.mean));
     let (value, [x, y]) = compared.greatest;
     told(ui, "Greatest difference", format!("{value:.3e} at {x}, {y}"));
-}
-
-/// What is done with a picture that was kept.
-enum Deed {
-    Compare,
-    Return,
-    Forget,
-}
-
-/// The pictures that were kept.
-pub fn snapshots(viewer: &mut Viewer, ui: &mut Ui) {
-    if ui.button("Keep this picture").clicked() {
-        viewer.run(Command::Snapshot, &ui.ctx().clone());
-    }
-    if viewer.tools.snapshots.is_empty() {
-        ui.weak("Snapshots and opened pictures are listed here.");
-    }
-    let mut deed = None;
-    let ctx = ui.ctx().clone();
-    for (number, kept) in viewer.tools.snapshots.iter_mut().enumerate() {
-        ui.push_id(number, |ui| {
-            ui.horizontal(|ui| {
-                let small = kept.thumbnail(&ctx);
-                let size = small.size_vec2() * (64.0 / small.size_vec2().x);
-                let picture = egui::Image::new((small.id(), size)).alt_text(&kept.name);
-                ui.add(picture).on_hover_text(&kept.about);
-                ui.vertical(|ui| {
-                    ui.add(egui::TextEdit::singleline(&mut kept.name).desired_width(160.0));
-                    ui.horizontal(|ui| {
-                        if ui.small_button("Compare").clicked() {
-                            deed = Some((number, Deed::Compare));
-                        }
-                        let returns = ui.add_enabled(kept.made_by.is_some(), small_button("Go back"));
-                        let returns = returns.on_hover_text("Render with its camera and settings again.");
-                        if returns.clicked() {
-                            deed = Some((number, Deed::Return));
-                        }
-                        if ui.small_button("Forget").clicked() {
-                            deed = Some((number, Deed::Forget));
-                        }
-                    });
-                    ui.weak(&kept.about);
-                });
-            });
-        });
-    }
-    match deed {
-        Some((number, Deed::Compare)) => viewer.compare_with_snapshot(number),
-        Some((number, Deed::Return)) => viewer.return_to_snapshot(number),
-        Some((number, Deed::Forget)) => viewer.forget_snapshot(number),
-        None => {}
-    }
-}
-
-fn small_button(text: &str) -> egui::Button<'_> {
-    egui::Button::new(text).small()
 }

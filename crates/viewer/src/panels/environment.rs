@@ -1,8 +1,9 @@
 //! Light from infinitely far away: a colour, a sky with a sun, or a picture.
 
 use super::lights::degrees;
-use super::widgets::{bright_colour, check, choice, number, told, vector};
+use super::widgets::{bright_colour, check, choice, number, row, told, vector};
 use crate::viewer::{For, Viewer};
+use alhazen::EnvironmentPreset;
 use alhazen::edits::{DaylightRecord, EnvironmentRecord, SkyRecord, SunRecord};
 use egui::Ui;
 
@@ -21,10 +22,18 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         for other in [
             EnvironmentRecord::Black,
             EnvironmentRecord::Constant { radiance: [1.0; 3] },
+            EnvironmentPreset::Studio.into(),
             EnvironmentRecord::Sky(sky),
             EnvironmentRecord::Daylight(daylight),
         ] {
             ui.selectable_value(&mut environment, other.clone(), kind(&other));
+        }
+    });
+    row(ui, "Ready-made", |ui, _| {
+        for preset in EnvironmentPreset::ALL {
+            if ui.button(preset.name()).on_hover_text(preset.about()).clicked() {
+                environment = preset.into();
+            }
         }
     });
     if ui.button("Environment map from a file…").clicked() {
@@ -35,7 +44,10 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         EnvironmentRecord::Constant { radiance } => {
             bright_colour(ui, "Radiance", radiance, " W/sr/m²");
         }
-        EnvironmentRecord::Own { rotation, intensity } => picture(ui, rotation, intensity),
+        EnvironmentRecord::Own { rotation, intensity }
+        | EnvironmentRecord::Studio { rotation, intensity } => {
+            picture(ui, rotation, intensity);
+        }
         EnvironmentRecord::File { file, rotation, intensity } => {
             told(ui, "File", file.display().to_string());
             picture(ui, rotation, intensity);
@@ -58,6 +70,7 @@ fn kind(environment: &EnvironmentRecord) -> &'static str {
         EnvironmentRecord::Constant { .. } => "constant",
         EnvironmentRecord::Own { .. } => "environment map of the scene",
         EnvironmentRecord::File { .. } => "environment map",
+        EnvironmentRecord::Studio { .. } => "studio",
         EnvironmentRecord::Sky(_) => "sky",
         EnvironmentRecord::Daylight(_) => "daylight",
     }

@@ -1,7 +1,7 @@
 //! The page Image: the pixel under the pointer, the distribution of values, clipping, and comparison.
 
 use super::widgets::{check, section};
-use super::{compare, distribution, inspector};
+use super::{compare, distribution, inspector, snapshots};
 use crate::viewer::Viewer;
 use egui::Ui;
 
@@ -20,7 +20,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     section(ui, "Distribution", |ui| distribution::show(viewer, ui));
     section(ui, "Overlays", |ui| overlays(viewer, ui));
     section(ui, "Comparison", |ui| compare::show(viewer, ui));
-    section(ui, "Snapshots", |ui| compare::snapshots(viewer, ui));
+    section(ui, "Snapshots", |ui| snapshots::show(viewer, ui));
 }
 
 fn overlays(viewer: &mut Viewer, ui: &mut Ui) {

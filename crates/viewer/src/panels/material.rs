@@ -54,10 +54,7 @@ fn choose(viewer: &mut Viewer, ui: &mut Ui, selection: Selection) {
         }
     });
     if chosen as u32 != selection.material {
-        viewer.edit("assign material", |edits| {
-            edits.object(selection.object).material = Some(chosen as u32);
-        });
-        viewer.selection = Some(Selection { material: chosen as u32, ..selection });
+        viewer.assign_material(&viewer.chosen_objects(), chosen as u32);
     }
 }
 

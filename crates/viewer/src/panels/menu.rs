@@ -20,7 +20,9 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("Edit", |ui| {
             items(viewer, ui, &[Undo, Redo]);
             ui.separator();
-            items(viewer, ui, &[Duplicate, Delete, Rename, Hide, Isolate, ShowAll, Deselect]);
+            items(viewer, ui, &[SelectArea, Duplicate, Delete, Rename, Hide, Isolate, ShowAll, Deselect]);
+            ui.separator();
+            items(viewer, ui, &[CopyMaterial, PasteMaterial]);
             ui.separator();
             items(viewer, ui, &[ToolSelect, ToolMove, ToolRotate, ToolScale, LocalAxes, Aim]);
             ui.separator();
@@ -31,7 +33,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.separator();
             items(viewer, ui, &[PlayTime, StepOn, StepBack, Rest]);
             ui.separator();
-            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons, Compass]);
+            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons, Compass, Ground]);
             ui.checkbox(&mut viewer.settings.dark, "Dark theme");
             ui.checkbox(&mut viewer.settings.high_contrast, "High contrast");
             ui.checkbox(&mut viewer.settings.reduced_motion, "Reduced motion");
@@ -40,7 +42,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("Picture", |ui| {
             items(viewer, ui, &[Pause, Restart, Brighter, Darker, NextLayer, Picture]);
             ui.separator();
-            items(viewer, ui, &[Snapshot, CopyPicture, Zebra, PixelGrid]);
+            items(viewer, ui, &[Snapshot, CopyPicture, SendToTev, CropArea, CropNothing, Zebra, PixelGrid]);
             ui.separator();
             items(viewer, ui, &[CompareSettings, CompareNow, CompareFile, CompareNothing, NextLook]);
             ui.separator();

@@ -12,6 +12,7 @@ mod inspector;
 mod lights;
 mod look;
 mod material;
+mod materials;
 mod menu;
 mod objects;
 mod open;
@@ -23,12 +24,14 @@ mod record;
 mod render;
 mod report;
 pub mod settings;
+mod snapshots;
 mod status;
 mod textures;
 mod time;
 mod widgets;
 mod windows;
 
+pub use materials::DraggedMaterial;
 pub use open::{Open, Overlay, PaletteChoice, RecordChoice, Sought, Tab};
 
 use crate::viewer::{Top, Viewer};
@@ -54,6 +57,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     }
     CentralPanel::default().frame(Frame::NONE).show(ui, |ui| crate::viewport::show(viewer, ui));
     settings::end(viewer, ui.ctx());
+    materials::paint_dragged(viewer, ui.ctx());
     match viewer.top() {
         Some(Top::Errors) => windows::notices(viewer, ui.ctx()),
         Some(Top::Question) => windows::elsewhere(viewer, ui.ctx()),

@@ -1,7 +1,7 @@
 //! The objects of the scene, and the transform and material of the selected one.
 
 use super::widgets::{section, told, vector};
-use super::{material, outliner};
+use super::{material, materials, outliner};
 use crate::viewer::{COMMANDS, Command, Selection, Viewer};
 use egui::Ui;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
@@ -12,6 +12,10 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     buttons(viewer, ui);
     match (viewer.selection, viewer.chosen()) {
         (Some(selection), _) => {
+            let count = 1 + viewer.also.len();
+            if count > 1 {
+                ui.label(format!("{count} objects are selected. The numbers are those of one of them:"));
+            }
             section(ui, "Transform", |ui| transform(viewer, ui, selection));
             material::show(viewer, ui, selection);
         }
@@ -22,6 +26,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         }
         (None, None) => drop(ui.weak("Click an object in the picture or a name to select it.")),
     }
+    section(ui, "All materials", |ui| materials::show(viewer, ui));
 }
 
 fn buttons(viewer: &mut Viewer, ui: &mut Ui) {
@@ -34,6 +39,8 @@ fn buttons(viewer: &mut Viewer, ui: &mut Ui) {
             ("Show all", Command::ShowAll),
             ("Rename", Command::Rename),
             ("Frame selection", Command::Frame),
+            ("Copy material", Command::CopyMaterial),
+            ("Paste material", Command::PasteMaterial),
             ("Add model…", Command::AddModel),
             ("Add sphere light", Command::AddLamp),
         ] {

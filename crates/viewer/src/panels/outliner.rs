@@ -83,6 +83,10 @@ fn list(viewer: &mut Viewer, ui: &mut Ui) {
 /// What the user does with a line.
 enum Deed {
     Choose(Item),
+    /// Select it as well, or no more.
+    Toggle(Item),
+    /// Select all up to it.
+    Extend(Item),
     Open(Item, bool),
     Switch(Item),
     Rename(Item),
@@ -132,9 +136,10 @@ fn arrow(outliner: &Outliner, ui: &mut Ui, item: Item, name: &str) -> Option<Dee
     response.clicked().then_some(Deed::Open(item, !is_open))
 }
 
-/// The name. A click chooses it, a second one renames.
+/// The name. A click chooses it, a second one renames; with Ctrl it is chosen as well, with Shift all up to it.
 fn label(viewer: &Viewer, ui: &mut Ui, item: Item, name: &str, tree: Id) -> Option<Deed> {
-    let chosen = viewer.open.outliner.cursor == Some(item) && (viewer.chosen() == Some(item));
+    let chosen = viewer.is_chosen(item);
+    let is_marked = viewer.open.outliner.cursor == Some(item);
     let is_seen = match (item, &viewer.document) {
         (Item::Object(object), Some(document)) => {
             document.scene().instances.get(object as usize).is_some_and(|i| i.visible)
@@ -149,14 +154,19 @@ fn label(viewer: &Viewer, ui: &mut Ui, item: Item, name: &str, tree: Id) -> Opti
         text = text.weak().italics();
     }
     let response = ui.add(Button::selectable(chosen, text).truncate());
-    if chosen && ui.memory(|m| m.has_focus(tree)) {
+    if is_marked && ui.memory(|m| m.has_focus(tree)) {
         let stroke = Stroke::new(1.0, ui.visuals().selection.stroke.color);
         ui.painter().rect_stroke(response.rect, 2.0, stroke, egui::StrokeKind::Inside);
     }
     if response.double_clicked() {
         return Some(Deed::Rename(item));
     }
-    response.clicked().then_some(Deed::Choose(item))
+    let modifiers = ui.input(|i| i.modifiers);
+    response.clicked().then_some(match (modifiers.command, modifiers.shift) {
+        (true, _) => Deed::Toggle(item),
+        (_, true) => Deed::Extend(item),
+        _ => Deed::Choose(item),
+    })
 }
 
 /// The field in which a line gets another name. Enter takes it, Escape does not.
@@ -211,6 +221,8 @@ fn paint_eye(ui: &Ui, center: Pos2, on: bool, colour: Color32) {
 fn act(viewer: &mut Viewer, ui: &Ui, tree: Id, deed: Deed) {
     match deed {
         Deed::Choose(item) => viewer.choose(item),
+        Deed::Toggle(item) => viewer.toggle_chosen(item),
+        Deed::Extend(item) => viewer.extend_to(item),
         Deed::Switch(item) => return viewer.switch(item),
         Deed::Open(Item::Group(group), open) => viewer.open.outliner.set_open(group, open),
         Deed::Open(Item::Object(_), _) => {}
@@ -240,18 +252,18 @@ fn keys(viewer: &mut Viewer, ui: &Ui, tree: Id) {
     let pressed = |key| ui.input_mut(|i| i.consume_key(Modifiers::NONE, key));
     let steps = [(Key::ArrowDown, 1), (Key::ArrowUp, -1), (Key::PageDown, 10), (Key::PageUp, -10)];
     for (_, by) in steps.into_iter().filter(|(key, _)| pressed(*key)) {
-        go(viewer, viewer.open.outliner.beside(by));
+        go(viewer, ui, viewer.open.outliner.beside(by));
     }
     let cursor = viewer.open.outliner.cursor;
     if pressed(Key::ArrowRight) {
-        open_or_enter(viewer, cursor);
+        open_or_enter(viewer, ui, cursor);
     }
     if pressed(Key::ArrowLeft) {
         match cursor {
             Some(Item::Group(group)) if viewer.open.outliner.is_open(group) => {
                 viewer.open.outliner.set_open(group, false);
             }
-            _ => go(viewer, viewer.open.outliner.above()),
+            _ => go(viewer, ui, viewer.open.outliner.above()),
         }
     }
     if pressed(Key::Enter) {
@@ -269,19 +281,23 @@ fn keys(viewer: &mut Viewer, ui: &Ui, tree: Id) {
     }
 }
 
-fn open_or_enter(viewer: &mut Viewer, cursor: Option<Item>) {
+fn open_or_enter(viewer: &mut Viewer, ui: &Ui, cursor: Option<Item>) {
     let Some(Item::Group(group)) = cursor else { return };
     if viewer.open.outliner.is_open(group) {
-        go(viewer, viewer.open.outliner.beside(1));
+        go(viewer, ui, viewer.open.outliner.beside(1));
     } else {
         viewer.open.outliner.set_open(group, true);
     }
 }
 
-/// Chooses a line and scrolls to it.
-fn go(viewer: &mut Viewer, item: Option<Item>) {
+/// Chooses a line and scrolls to it; with Shift as well as what is chosen.
+fn go(viewer: &mut Viewer, ui: &Ui, item: Option<Item>) {
     if let Some(item) = item {
-        viewer.choose(item);
+        if ui.input(|i| i.modifiers.shift) {
+            viewer.extend_to(item);
+        } else {
+            viewer.choose(item);
+        }
         viewer.open.outliner.reveals = true;
     }
 }

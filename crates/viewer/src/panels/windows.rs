@@ -4,7 +4,7 @@ use crate::viewer::{COMMANDS, Viewer};
 use egui::{Align2, Context, Grid, Window};
 
 /// What the mouse does over the picture.
-const MOUSE: [(&str, &str); 17] = [
+const MOUSE: [(&str, &str); 20] = [
     ("Drag", "orbit"),
     ("Shift and drag, middle drag", "pan"),
     ("Right drag", "look around"),
@@ -13,6 +13,9 @@ const MOUSE: [(&str, &str); 17] = [
     ("Ctrl and wheel, pinch", "zoom the picture"),
     ("Alt and drag", "move the zoomed picture"),
     ("Click", "select"),
+    ("Shift and click", "select as well, or no more"),
+    ("Ctrl and drag; B, then drag", "select what is in a rectangle; Shift: more; Alt: less"),
+    ("Drag a material onto an object", "give it the material"),
     ("Double click", "set the orbit centre"),
     ("Ctrl and click", "set the focus distance"),
     ("Drag a handle", "move, rotate or scale the selection"),

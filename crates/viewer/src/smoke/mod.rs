@@ -8,7 +8,7 @@ mod rounds;
 pub use parse::{STEPS, ScriptError, Step, parse, steps_help};
 
 use crate::navigation;
-use crate::viewer::Viewer;
+use crate::viewer::{RectangleUse, Viewer};
 use alhazen::edits::MaterialRecord;
 use alhazen::{Denoiser, RendererOptions, Source};
 use latency::Latency;
@@ -233,6 +233,8 @@ impl Run {
                 let at = viewer.place.min + egui::vec2(*x, *y) * viewer.place.size();
                 viewer.act(crate::viewer::Action::Pick(at));
             }
+            Step::Area(sides) => use_rectangle(viewer, RectangleUse::Select, *sides),
+            Step::Crop(sides) => use_rectangle(viewer, RectangleUse::Crop, *sides),
             Step::Command(command) => viewer.run(*command, ctx),
             Step::Find(text) => viewer.open.outliner.filter.clone_from(text),
             Step::Save(path) => viewer.save_scene(path),
@@ -314,7 +316,7 @@ impl Run {
             Step::Error => errors(viewer) && dismiss(viewer),
             Step::Frames(count) => self.frames >= memory.frames + count,
             Step::Backend(backend) => backend_is(viewer, *backend) || errors(viewer),
-            Step::Select(..) => viewer.selection.is_some(),
+            Step::Select(..) | Step::Area(_) => viewer.selection.is_some(),
             Step::Record { .. } => viewer.recording.is_none(),
             Step::Picture(path) => path.is_file(),
             Step::Play(seconds) => self.play(viewer, elapsed, *seconds, pictures, memory),
@@ -454,4 +456,10 @@ fn backend_is(viewer: &Viewer, wanted: alhazen::BackendChoice) -> bool {
         All => name == "all",
         Auto => true,
     }
+}
+
+/// Drags a rectangle, whose sides are shares of the picture's size.
+fn use_rectangle(viewer: &mut Viewer, wanted: RectangleUse, [left, top, right, bottom]: [f32; 4]) {
+    let at = |x: f32, y: f32| viewer.place.min + egui::vec2(x, y) * viewer.place.size();
+    viewer.use_rectangle(wanted, egui::Rect::from_min_max(at(left, top), at(right, bottom)));
 }

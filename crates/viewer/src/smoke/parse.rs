@@ -59,6 +59,10 @@ pub enum Step {
     Tab(Tab),
     /// `select X Y`: shares of the picture's size.
     Select(f32, f32),
+    /// `area LEFT TOP RIGHT BOTTOM`: selects what is in a rectangle; shares of the picture's size.
+    Area([f32; 4]),
+    /// `crop LEFT TOP RIGHT BOTTOM`: renders only a rectangle; shares of the picture's size.
+    Crop([f32; 4]),
     /// `find TEXT`: in the tree of objects.
     Find(String),
     /// `command NAME`: a command of the palette.
@@ -132,6 +136,8 @@ pub const STEPS: &[(&str, &str)] = &[
     ("filter on|off", "the filter of real-time frames"),
     ("material ID KEY VALUE", "change a number of a material"),
     ("select X Y", "click into the picture, in shares of its size"),
+    ("area LEFT TOP RIGHT BOTTOM", "select what is in a rectangle, in shares of the picture"),
+    ("crop LEFT TOP RIGHT BOTTOM", "render only a rectangle, in shares of the picture"),
     ("find TEXT", "type into the search of the objects"),
     ("command NAME", "run a command of the palette"),
     ("choose FILE", "answer the window's own file dialog"),
@@ -153,7 +159,7 @@ pub const STEPS: &[(&str, &str)] = &[
 
 /// [`STEPS`] as text, a step a line.
 pub fn steps_help() -> String {
-    let line = |(step, does): &(&str, &str)| format!("  {step:<24}{does}\n");
+    let line = |(step, does): &(&str, &str)| format!("  {step:<28}{does}\n");
     STEPS.iter().map(line).collect()
 }
 
@@ -191,6 +197,14 @@ impl<'w> Words<'w> {
     fn number<T: std::str::FromStr>(&self, i: usize) -> Result<T, String> {
         let word = self.word(i)?;
         word.parse().map_err(|_| format!("`{word}` is not such a number"))
+    }
+
+    /// Left, top, right and bottom.
+    fn rectangle(&self) -> Result<[f32; 4], String> {
+        let sides: [f32; 4] = [self.number(0)?, self.number(1)?, self.number(2)?, self.number(3)?];
+        let [left, top, right, bottom] = sides;
+        let is_one = (0.0..right).contains(&left) && (0.0..bottom).contains(&top) && right.max(bottom) <= 1.0;
+        if is_one { Ok(sides) } else { Err(format!("{sides:?} is no rectangle within the picture")) }
     }
 
     /// A name or a path, which may have spaces.
@@ -272,6 +286,8 @@ fn scene_step(w: &Words<'_>) -> Result<Option<Step>, String> {
         "error" => Step::Error,
         "tab" => Step::Tab(w.one_of(Tab::ALL.map(|tab| (tab.name().to_owned(), tab)))?),
         "select" => Step::Select(w.number(0)?, w.number(1)?),
+        "area" => Step::Area(w.rectangle()?),
+        "crop" => Step::Crop(w.rectangle()?),
         "find" => Step::Find(w.all()?.to_owned()),
         "command" => {
             let names = COMMANDS.iter().map(|info| (info.name.to_owned(), info.command));
@@ -387,6 +403,7 @@ mod tests {
                 "NAME" if syntax.starts_with("command") => "Undo".to_owned(),
                 "VIEW" => "mask".to_owned(),
                 "on|off" => "on".to_owned(),
+                "LEFT" | "TOP" => "0".to_owned(),
                 word if word == word.to_uppercase() => "1".to_owned(),
                 word => word.to_owned(),
             };

@@ -1,5 +1,6 @@
 //! What menus, keys, the command palette and scripts make the viewer do.
 
+use super::choosing::RectangleUse;
 use super::commands::{COMMANDS, Command};
 use super::dialogs::For;
 use super::state::{Selection, Viewer};
@@ -19,12 +20,16 @@ use std::path::{Path, PathBuf};
 pub enum Action {
     /// Select what is there.
     Pick(Pos2),
+    /// Select what is there as well, or no more.
+    Toggle(Pos2),
     /// Turn the camera about what is there.
     FocusOn(Pos2),
     /// Bring what is there into the lens's focus.
     FocusLens(Pos2),
     /// Have the light fall there.
     Aim(Pos2),
+    /// Give the object that is there a material.
+    TakeMaterial(Pos2, MaterialId),
 }
 
 /// What lies over everything else.
@@ -45,9 +50,11 @@ impl Viewer {
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Pick(at) => self.ask(at, Purpose::Select),
+            Action::Toggle(at) => self.ask(at, Purpose::Toggle),
             Action::FocusOn(at) => self.ask(at, Purpose::Target),
             Action::FocusLens(at) => self.ask(at, Purpose::Focus),
             Action::Aim(at) => self.aim_at(at),
+            Action::TakeMaterial(at, material) => self.ask(at, Purpose::TakeMaterial(material)),
         }
     }
 
@@ -57,7 +64,7 @@ impl Viewer {
         if self.take_drag_keys(ctx) {
             return;
         }
-        let types = ctx.egui_wants_keyboard_input() && !self.open.outliner.has_focus;
+        let types = self.is_typing(ctx);
         let typed = std::mem::replace(&mut self.typed, types || self.open.outliner.has_focus);
         if types || egui::Popup::is_any_open(ctx) || self.top() == Some(Top::Browser) {
             return;
@@ -76,6 +83,11 @@ impl Viewer {
         for info in pressed.collect::<Vec<_>>() {
             self.run(info.command, ctx);
         }
+    }
+
+    /// Whether keys go to a field in which text is typed.
+    pub fn is_typing(&self, ctx: &egui::Context) -> bool {
+        ctx.egui_wants_keyboard_input() && !self.open.outliner.has_focus
     }
 
     /// What lies over everything else. Only this is shown.
@@ -99,13 +111,9 @@ impl Viewer {
             Some(Top::Browser) => self.browser = None,
             Some(Top::Overlay(_)) => drop(self.open.close_overlays()),
             None if self.gizmo.aims => self.gizmo.aims = false,
-            None if self.selection.is_none() && self.chosen().is_none() && self.gizmo.light.is_none() => {
-                self.notice("nothing is selected", false);
-            }
-            None => {
-                (self.selection, self.open.outliner.cursor) = (None, None);
-                self.gizmo.light = None;
-            }
+            None if self.rectangle.is_active() => self.give_up_rectangle(),
+            None if !self.has_selection() => self.notice("nothing is selected", false),
+            None => self.deselect(),
         }
     }
 
@@ -134,6 +142,11 @@ impl Viewer {
             Command::CancelLoading => self.cancel_loading(),
             Command::Quit => self.quit = true,
             Command::Undo | Command::Redo => self.undo_or_redo(command == Command::Undo),
+            Command::SelectArea => self.await_rectangle(RectangleUse::Select),
+            Command::CopyMaterial => self.copy_material(),
+            Command::PasteMaterial => self.paste_material(),
+            Command::CropArea => self.await_rectangle(RectangleUse::Crop),
+            Command::CropNothing => self.crop_to(None),
             Command::Duplicate => self.duplicate(),
             Command::Delete => self.delete(),
             Command::Hide => self.hide(),
@@ -224,6 +237,8 @@ impl Viewer {
                 let is = if self.settings.compass { "shown" } else { "hidden" };
                 self.notice(format!("the compass is {is}"), false);
             }
+            Command::SendToTev => self.toggle_tev(),
+            Command::Ground => self.toggle_ground(),
             Command::StopRecording => self.stop_recording(),
             Command::ExportStatistics => self.ask_for(For::Statistics),
         }
@@ -280,27 +295,6 @@ impl Viewer {
         }
     }
 
-    fn duplicate(&mut self) {
-        let (Some(selection), Some(document)) = (self.selection, &self.document) else {
-            return self.notice("select an object to duplicate it", false);
-        };
-        let scene = document.scene();
-        let Some(instance) = scene.instances.get(selection.object as usize) else { return };
-        let count = scene.instances.len() as u32;
-        // Beside the original, where it is seen.
-        let size = document.bounds_of(selection.object).map_or(1.0, |(low, high)| (high - low).x.max(1e-3));
-        let moved = glam::Affine3A::from_translation(glam::Vec3::X * size * 1.1) * instance.transform;
-        let changed = document.edits().objects.get(&selection.object).cloned().unwrap_or_default();
-        self.edit("duplicate", |edits| {
-            edits.additions.push(Addition::Copy { of: selection.object });
-            let copy = edits.object(count);
-            // Copies are made before values are changed.
-            (copy.material, copy.visible) = (changed.material, changed.visible);
-            copy.set_transform(&moved);
-        });
-        self.selection = Some(Selection { object: count, ..selection });
-    }
-
     fn delete(&mut self) {
         if let Some(light) = self.gizmo.light {
             return self.remove_light(light);
@@ -309,17 +303,10 @@ impl Viewer {
         if objects.is_empty() {
             return self.notice("select an object, a group or a light to delete it", false);
         }
-        (self.selection, self.open.outliner.cursor) = (None, None);
+        self.deselect();
         self.edit("delete", |edits| {
             objects.into_iter().for_each(|object| edits.object(object).removed = true);
         });
-    }
-
-    fn hide(&mut self) {
-        match self.chosen() {
-            Some(item) => self.switch(item),
-            None => self.notice("select an object or a group to hide it", false),
-        }
     }
 
     /// A lamp a tenth as large as the scene, above what the camera looks at.
@@ -332,7 +319,7 @@ impl Viewer {
             edits.additions.push(Addition::Lamp { radius, radiance: [10.0; 3] });
             edits.object(count as u32).set_transform(&glam::Affine3A::from_translation(place));
         });
-        self.selection = Some(Selection { object: count as u32, material: materials as u32 });
+        self.select(Some(Selection { object: count as u32, material: materials as u32 }));
     }
 
     fn add_point_light(&mut self) {
@@ -370,7 +357,7 @@ impl Viewer {
             }
         });
         let material = self.document.as_ref().and_then(|d| d.material_of(first));
-        self.selection = material.map(|material| Selection { object: first, material });
+        self.select(material.map(|material| Selection { object: first, material }));
         report.notes.iter().for_each(|note| self.notice(note.to_string(), false));
     }
 
@@ -407,7 +394,9 @@ impl Viewer {
             alhazen::Denoiser::Regression => "--denoise=regression",
             alhazen::Denoiser::Oidn => "--denoise=oidn",
         });
-        let words = [spp, self.render.arguments(), self.clock.arguments(), denoise.to_owned()];
+        let crop = self.render.crop_of(self.size());
+        let crop = crop.map_or(String::new(), |c| format!("--crop {},{},{},{}", c.x, c.y, c.width, c.height));
+        let words = [spp, crop, self.render.arguments(), self.clock.arguments(), denoise.to_owned()];
         words.iter().filter(|w| !w.is_empty()).map(String::as_str).collect::<Vec<_>>().join(" ")
     }
 

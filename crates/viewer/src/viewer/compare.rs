@@ -1,9 +1,11 @@
 //! Another picture beside the one that is rendered, behind a line that can be dragged.
 
 use super::state::Viewer;
+use crate::exr_layers::{ExrLayers, LayerChoice};
 use crate::render_settings::RenderSettings;
-use alhazen::{Image, Job, ToneMapping};
+use alhazen::{Image, ImageError, Job, ToneMapping};
 use std::path::Path;
+use std::sync::Arc;
 
 /// What the picture is compared with.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,7 +25,7 @@ pub enum Comparison {
         /// What the user calls it.
         name: String,
         /// Its radiance, or its display values where the file has no more.
-        image: std::sync::Arc<Image>,
+        image: Arc<Image>,
         /// Whether the values are display values already.
         encoded: bool,
         /// Where the line is, in shares of the width.
@@ -57,6 +59,15 @@ impl Comparison {
     }
 }
 
+/// A picture from a file, with all its layers if it is an EXR file that has several.
+fn open(path: &Path) -> Result<(Image, Option<ExrLayers>), ImageError> {
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        return Ok((Image::open(path)?, None));
+    }
+    let layers = ExrLayers::read(path)?;
+    Ok((layers.picture().clone(), Some(layers).filter(ExrLayers::has_choice)))
+}
+
 impl Viewer {
     /// Compares with the same scene under other settings, which begin as those that there are.
     pub fn compare_settings(&mut self) {
@@ -75,15 +86,18 @@ impl Viewer {
 
     /// Compares with a picture from a file, which is kept with the snapshots.
     pub fn compare_with_file(&mut self, path: &Path) {
-        match Image::open(path) {
-            Ok(image) => {
+        match open(path) {
+            Ok((image, layers)) => {
                 // Files of eight bits are decoded to linear values; EXR and HDR have radiance.
                 let encoded = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
                 let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
                 let about = format!("{}×{}, {}", image.width(), image.height(), path.display());
                 // A file that is opened again replaces what it was.
                 self.tools.snapshots.retain(|kept| kept.made_by.is_some() || kept.about != about);
-                self.keep(name, std::sync::Arc::new(image.to_rgb()), encoded, about, None);
+                self.keep(name, Arc::new(image.to_rgb()), encoded, about, None);
+                if let Some(kept) = self.tools.snapshots.last_mut() {
+                    kept.layers = layers.map(|layers| (Arc::new(layers), LayerChoice::default()));
+                }
                 self.compare_with_snapshot(self.tools.snapshots.len() - 1);
             }
             Err(error) => self.notice(crate::worker::full_text(&error), true),

@@ -62,7 +62,7 @@ impl Viewer {
             self.shown.tone = job.tone;
             self.zoom = Zoom::default();
             self.views.clear();
-            self.selection = None;
+            self.deselect();
             self.gizmo =
                 crate::gizmo::Gizmo { tool: self.gizmo.tool, local: self.gizmo.local, ..Default::default() };
         }
@@ -76,10 +76,7 @@ impl Viewer {
         };
         self.document = Some(document);
         self.worker.send(Message::Load { scene: Box::new(scene), edits, resources, generation });
-        if let Some(selection) = self.selection {
-            let count = self.document.as_ref().map_or(0, |d| d.scene().instances.len());
-            self.selection = (selection.object as usize).lt(&count).then_some(selection);
-        }
+        self.mend_selection();
         self.take_first_view();
     }
 
@@ -93,6 +90,7 @@ impl Viewer {
             Event::Tables(tables) => {
                 self.queries.set_scene(tables);
                 self.asked_outline = None;
+                self.forget_ground();
             }
             Event::Saved(path) => self.notice(format!("wrote {}", path.display()), false),
             Event::Recorded(recorded) => self.take_recorded(recorded),
@@ -104,12 +102,14 @@ impl Viewer {
     pub(super) fn take_answer(&mut self, ctx: &egui::Context, answer: Answer) {
         match answer {
             Answer::Point(Purpose::Select, seen) => {
-                self.gizmo.light = None;
-                self.selection = seen.map(|s| Selection { object: s.instance, material: s.material });
+                self.select(seen.map(|s| Selection { object: s.instance, material: s.material }));
                 if self.selection.is_some() {
                     self.open.tab = crate::panels::Tab::Objects;
                 }
             }
+            Answer::Point(Purpose::Toggle, Some(seen)) => self.toggle_seen(seen),
+            Answer::Point(Purpose::Toggle, None) => self.notice("there is no object", false),
+            Answer::Point(Purpose::TakeMaterial(id), seen) => self.drop_material(id, seen),
             Answer::Point(Purpose::Target, Some(seen)) => self.steer(|c| c.target = seen.position),
             Answer::Point(Purpose::Focus, Some(seen)) => self.steer(|c| {
                 let axis = (c.target - c.eye).normalize_or(glam::Vec3::NEG_Z);
@@ -119,6 +119,8 @@ impl Viewer {
             Answer::Point(Purpose::Inspect, seen) => self.under_pointer = seen,
             Answer::Point(Purpose::Target | Purpose::Focus, None) => {}
             Answer::Outline(outline) => self.take_outline(ctx, outline),
+            Answer::Area(found) => self.take_area(found),
+            Answer::Ground(size, pixels) => self.take_ground(ctx, size, pixels),
         }
     }
 

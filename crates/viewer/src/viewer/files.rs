@@ -4,6 +4,7 @@ use super::dialogs::{Answer, Dialog, For};
 use super::state::Viewer;
 use crate::browser::Browser;
 use crate::loading;
+use crate::text_file;
 use crate::worker::full_text;
 use alhazen::edits::CameraRecord;
 use alhazen::{Camera, LoadOptions, RenderDefaults, Source};
@@ -109,11 +110,7 @@ impl Viewer {
             Ok(text) => text,
             Err(error) => return self.notice(full_text(&error), true),
         };
-        let written = alhazen::write_atomically(&path, |writer| {
-            std::io::Write::write_all(writer, text.as_bytes())
-                .map_err(|source| alhazen::ImageError::Write { path: path.clone(), source })
-        });
-        match written {
+        match text_file::write(&path, &text) {
             Ok(()) => {
                 document.mark_saved();
                 self.settings.remember(&path.display().to_string());
@@ -126,14 +123,16 @@ impl Viewer {
     /// Writes what was measured, as JSON or else as a table.
     pub fn export_statistics(&mut self, path: &Path) {
         let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        let text = if is_json {
-            self.statistics.to_json().map_err(std::io::Error::from)
-        } else {
-            Ok(self.statistics.to_csv())
+        let text = match self.statistics.to_json() {
+            Ok(json) if is_json => json,
+            Err(error) if is_json => {
+                return self.notice(format!("cannot write {}: {error}", path.display()), true);
+            }
+            _ => self.statistics.to_csv(),
         };
-        match text.and_then(|text| std::fs::write(path, text)) {
+        match text_file::write(path, &text) {
             Ok(()) => self.notice(format!("wrote {}", path.display()), false),
-            Err(error) => self.notice(format!("cannot write {}: {error}", path.display()), true),
+            Err(error) => self.notice(full_text(&error), true),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::state::Viewer;
 use crate::loading;
+use alhazen::EnvironmentPreset;
 use alhazen::edits::{DaylightRecord, EnvironmentRecord};
 use std::path::PathBuf;
 
@@ -27,6 +28,8 @@ pub enum FirstEnvironment {
     Constant([f32; 3]),
     /// A clear sky with its sun.
     Daylight(DaylightRecord),
+    /// One of ours.
+    Preset(EnvironmentPreset),
     /// A panorama.
     File(PathBuf),
 }
@@ -49,6 +52,7 @@ impl Viewer {
             None => return,
             Some(FirstEnvironment::File(file)) => return self.load(loading::Job::Environment(file)),
             Some(FirstEnvironment::Constant(radiance)) => EnvironmentRecord::Constant { radiance },
+            Some(FirstEnvironment::Preset(preset)) => EnvironmentRecord::from(preset),
             Some(FirstEnvironment::Daylight(daylight)) => EnvironmentRecord::Daylight(daylight),
         };
         self.edit("environment", |edits| edits.environment = Some(record));

@@ -65,7 +65,7 @@ impl Viewer {
 
     /// Selects a light instead of what is selected.
     pub fn select_light(&mut self, number: usize) {
-        (self.selection, self.open.outliner.cursor) = (None, None);
+        self.deselect();
         self.gizmo.light = Some(number);
         (self.open.side, self.open.tab) = (true, crate::panels::Tab::Lights);
     }

@@ -257,7 +257,7 @@ fn paint_handle(painter: &Painter, shape: &Shape, tool: Tool, is_hot: bool) {
 }
 
 /// Text that can be read over any picture.
-pub(super) fn outlined_text(painter: &Painter, at: Pos2, align: Align2, text: &str) {
+pub fn outlined_text(painter: &Painter, at: Pos2, align: Align2, text: &str) {
     let font = FontId::proportional(14.0);
     let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
     let rect = align.anchor_size(at, galley.size());

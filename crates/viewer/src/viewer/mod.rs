@@ -2,6 +2,7 @@
 //! threads that load, render and trace.
 
 mod actions;
+mod choosing;
 mod commands;
 mod compare;
 mod dialogs;
@@ -10,23 +11,31 @@ mod events;
 mod files;
 mod findings;
 mod first;
+mod ground;
 mod light;
 mod manipulate;
+mod materials;
 mod output;
 mod overlay;
 mod paint;
+mod rectangle;
+mod selection;
+mod sending;
 mod snapshots;
 mod state;
+mod tev;
 mod time;
 mod tools;
 mod tree;
 
 pub use actions::{Action, Top};
+pub use choosing::{Choosing, CopiedMaterial, Rectangle, RectangleUse};
 pub use commands::{COMMANDS, Command, CommandInfo};
 pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
 pub use elsewhere::Elsewhere;
 pub use first::{FirstEnvironment, FirstView};
+pub use manipulate::outlined_text;
 pub use state::{BackendState, Notice, Selection, Start, Viewer};
 pub use tools::{Look, Snapshot, Tools};
 
@@ -126,6 +135,7 @@ impl Viewer {
         }
         self.take_findings(ctx);
         self.take_dialog();
+        self.follow_tev(ctx);
         if self.settings.watch && self.watch.as_mut().is_some_and(|w| w.has_changed(time)) {
             self.reload();
         }
@@ -173,6 +183,7 @@ impl Viewer {
             self.sent.0 = Some(wish);
         }
         self.ask_for_outline(moving);
+        self.ask_for_ground();
         self.ask_for_findings(ctx);
     }
 
@@ -224,19 +235,7 @@ impl Viewer {
             document.resources.clone(),
             document.moment().clone(),
         ));
-        let gone = |s: &Selection| {
-            let removed = document.edits().objects.get(&s.object).is_some_and(|o| o.removed);
-            removed || s.object as usize >= document.scene().instances.len()
-        };
-        if self.selection.as_ref().is_some_and(gone) {
-            self.selection = None;
-        }
-        if let Some(selection) = &mut self.selection {
-            let materials = document.scene().materials.len();
-            if selection.material as usize >= materials {
-                selection.material = document.material_of(selection.object).unwrap_or(0);
-            }
-        }
+        self.mend_selection();
     }
 
     /// Sends the render thread something.

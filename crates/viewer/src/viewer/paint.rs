@@ -6,16 +6,19 @@ use super::tools::Look;
 use crate::queries::{Outline, Question, What};
 use crate::viewport::left_of;
 use crate::worker::{Layer, display};
-use alhazen::{Film, FrameView, camera_frame, picture_point};
+use alhazen::{Film, FrameView, Job, camera_frame, picture_point};
 use egui::{Color32, ColorImage, Painter, Pos2, Rect, Response, Stroke, TextureOptions, pos2, vec2};
 use glam::Vec3;
 
 /// How near to the line (points) the pointer takes hold of it.
 const GRIP: f32 = 8.0;
 /// The colour of what is selected.
-const HIGHLIGHT: Color32 = Color32::from_rgb(255, 170, 30);
+pub(super) const HIGHLIGHT: Color32 = Color32::from_rgb(255, 170, 30);
 /// Outlines are found in pictures that are at most so wide.
 const OUTLINE_WIDTH: u32 = 960;
+
+/// So many selected things have a box each.
+const MOST_BOXES: usize = 64;
 
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
@@ -36,9 +39,11 @@ impl Viewer {
             }
             None => {}
         }
+        self.paint_ground(painter, place);
         self.paint_overlays(painter, place);
         self.paint_names(painter, place);
         self.paint_selection(painter, place);
+        self.paint_rectangle(painter, place);
         self.paint_markers(painter);
         self.paint_gizmo(painter, painter.ctx());
         self.paint_compass(painter);
@@ -152,9 +157,10 @@ impl Viewer {
     }
 
     fn paint_selection(&self, painter: &Painter, place: Rect) {
-        let (Some(selection), Some(document)) = (self.selection, &self.document) else { return };
+        let Some(document) = &self.document else { return };
+        let chosen = self.chosen_objects();
         let fresh = self.outline.as_ref().filter(|(question, outline, _)| {
-            outline.instance == selection.object && question.camera == self.job().camera
+            outline.instances == chosen && question.camera == self.job().camera
         });
         if let Some((_, _, Some(texture))) = fresh
             && self.asked_outline.as_ref().is_some_and(|(_, edits)| *edits == self.edit_count)
@@ -162,10 +168,13 @@ impl Viewer {
             painter.image(texture.id(), place, WHOLE, Color32::WHITE);
             return;
         }
-        // While everything moves, a box is quicker.
-        if let Some((low, high)) = document.bounds_of(selection.object) {
-            self.paint_box(painter, place, low, high);
-        }
+        // While everything moves, boxes are quicker; of many things one around all of them.
+        let boxes: Vec<_> = match chosen.len() {
+            0 => return,
+            1..=MOST_BOXES => chosen.iter().filter_map(|object| document.bounds_of(*object)).collect(),
+            _ => self.bounds_of_chosen().into_iter().collect(),
+        };
+        boxes.into_iter().for_each(|(low, high)| self.paint_box(painter, place, low, high));
     }
 
     fn paint_box(&self, painter: &Painter, place: Rect, low: Vec3, high: Vec3) {
@@ -193,12 +202,13 @@ impl Viewer {
 
     /// Has the outline of what is selected found, once nothing moves.
     pub(super) fn ask_for_outline(&mut self, moving: bool) {
-        let Some(selection) = self.selection.filter(|_| !moving) else { return };
+        let chosen = self.chosen_objects();
+        if moving || chosen.is_empty() {
+            return;
+        }
         let job = self.job();
-        let scale = (OUTLINE_WIDTH as f32 / job.width as f32).min(1.0);
-        let side = |n: u32| ((n as f32 * scale) as u32).max(1);
-        let (width, height) = (side(job.width), side(job.height));
-        let what = What::Outline(selection.object);
+        let (width, height) = outline_size(&job);
+        let what = What::Outline(chosen);
         let question = (Question { camera: job.camera, width, height, what }, self.edit_count);
         if self.asked_outline.as_ref() != Some(&question) {
             self.outline = None;
@@ -209,7 +219,7 @@ impl Viewer {
 
     pub(super) fn take_outline(&mut self, ctx: &egui::Context, outline: Outline) {
         let Some((question, _)) = self.asked_outline.clone() else { return };
-        if question.what != What::Outline(outline.instance) {
+        if question.what != What::Outline(outline.instances.clone()) {
             return;
         }
         let pixel = |on: &bool| if *on { HIGHLIGHT } else { Color32::TRANSPARENT };
@@ -218,4 +228,11 @@ impl Viewer {
         let texture = ctx.load_texture("outline", image, TextureOptions::LINEAR);
         self.outline = Some((question, outline, Some(texture)));
     }
+}
+
+/// Width and height of the pictures in which outlines are found.
+pub(super) fn outline_size(job: &Job) -> (u32, u32) {
+    let scale = (OUTLINE_WIDTH as f32 / job.width as f32).min(1.0);
+    let side = |n: u32| ((n as f32 * scale) as u32).max(1);
+    (side(job.width), side(job.height))
 }

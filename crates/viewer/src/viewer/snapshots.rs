@@ -3,6 +3,7 @@
 use super::compare::Comparison;
 use super::state::Viewer;
 use super::tools::Snapshot;
+use crate::exr_layers::LayerChoice;
 use crate::render_settings::RenderSettings;
 use alhazen::{Camera, Image, ToneMapping};
 use egui::{Color32, ColorImage};
@@ -57,8 +58,24 @@ impl Viewer {
         // Pictures of eight bits have had their exposure and curve.
         let tone = if encoded { ToneMapping::default() } else { self.shown.tone };
         let small = Arc::new(small(&image, &tone));
-        let kept = Snapshot { name, image, encoded, about, made_by, small, thumbnail: None };
+        let kept = Snapshot { name, image, encoded, layers: None, about, made_by, small, thumbnail: None };
         self.tools.snapshots.push(kept);
+    }
+
+    /// Shows another layer or channel of a file that was opened, also where it is compared with.
+    pub fn choose_layer(&mut self, number: usize, choice: LayerChoice) {
+        let tone = self.shown.tone;
+        let Some(kept) = self.tools.snapshots.get_mut(number) else { return };
+        let Some((layers, chosen)) = &mut kept.layers else { return };
+        let Some(image) = layers.image(choice) else { return };
+        *chosen = choice;
+        let before = std::mem::replace(&mut kept.image, Arc::new(image));
+        (kept.small, kept.thumbnail) = (Arc::new(small(&kept.image, &tone)), None);
+        let is_compared = matches!(&self.comparison, Comparison::Stored { image, .. }
+            if Arc::ptr_eq(image, &before));
+        if is_compared {
+            self.compare_with_snapshot(number);
+        }
     }
 
     /// Compares with a picture that was kept.

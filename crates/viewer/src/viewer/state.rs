@@ -1,10 +1,12 @@
 //! The state of the window, and what can be read off it.
 
+use super::choosing::{CopiedMaterial, Rectangle};
 use super::compare::Comparison;
 use super::dialogs::{Dialog, For};
 use super::elsewhere::Elsewhere;
 use super::first::FirstView;
-use super::tools::Tools;
+use super::sending::Sending;
+use super::tools::{Ground, Tools};
 use crate::analysis::Analyst;
 use crate::browser::Browser;
 use crate::clock::Clock;
@@ -20,7 +22,8 @@ use crate::viewport::Zoom;
 use crate::watch::Watch;
 use crate::worker::{Recorded, Shot, Shown, Wish, Worker};
 use alhazen::{
-    BackendError, Camera, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source, ToneMapping,
+    BackendError, Camera, InstanceId, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source,
+    TevAddress, ToneMapping,
 };
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -39,6 +42,8 @@ pub struct Start {
     pub first: FirstView,
     /// What was remembered.
     pub settings: Settings,
+    /// The tev that is sent pictures from the beginning.
+    pub tev: Option<TevAddress>,
 }
 
 /// What is selected.
@@ -110,8 +115,14 @@ pub struct Viewer {
     pub pointer: Option<egui::Pos2>,
     /// What is under it.
     pub under_pointer: Option<Seen>,
-    /// What is selected.
+    /// The active one of the selected objects.
     pub selection: Option<Selection>,
+    /// The other selected objects.
+    pub also: BTreeSet<InstanceId>,
+    /// A rectangle that is dragged over the picture.
+    pub rectangle: Rectangle,
+    /// The material that was copied.
+    pub copied_material: Option<CopiedMaterial>,
     /// What moves, turns and scales it.
     pub gizmo: Gizmo,
     /// What renders.
@@ -146,6 +157,7 @@ pub struct Viewer {
     pub(super) shots: [Option<Shot>; 2],
     pub(super) textures: [Option<egui::TextureHandle>; 2],
     pub(super) outline: Option<(Question, Outline, Option<egui::TextureHandle>)>,
+    pub(super) ground: Ground,
     /// Where the light was told to fall, until the answer comes.
     pub(super) aimed_at: Option<egui::Pos2>,
     pub(super) asked_outline: Option<(Question, u64)>,
@@ -161,6 +173,9 @@ pub struct Viewer {
     pub(super) analyst: Analyst,
     pub(super) loading: Vec<Loading>,
     pub(super) dialog: Option<Dialog>,
+    pub(super) sending: Option<Sending>,
+    /// Where a tev is looked for.
+    pub(super) tev_address: TevAddress,
     /// What was asked for before the first scene was there.
     pub(super) first_view: Option<FirstView>,
     /// The desktop has shown no dialog when it should have.
@@ -222,6 +237,9 @@ impl Viewer {
             pointer: None,
             under_pointer: None,
             selection: None,
+            also: BTreeSet::new(),
+            rectangle: Rectangle::default(),
+            copied_material: None,
             gizmo: Gizmo::default(),
             backend: BackendState { options: start.renderer, name: "cpu".into(), ..BackendState::default() },
             statistics: Statistics::default(),
@@ -240,6 +258,7 @@ impl Viewer {
             shots: [None, None],
             textures: [None, None],
             outline: None,
+            ground: Ground::default(),
             aimed_at: None,
             asked_outline: None,
             edit_count: 0,
@@ -252,6 +271,8 @@ impl Viewer {
             analyst,
             loading: Vec::new(),
             dialog: None,
+            sending: None,
+            tev_address: start.tev.clone().unwrap_or_default(),
             first_view: Some(start.first),
             desktop_lacks_dialogs: false,
             last_folder: None,
@@ -270,6 +291,9 @@ impl Viewer {
             wake,
         };
         viewer.open_source(source);
+        if let Some(address) = start.tev {
+            viewer.send_to_tev(address);
+        }
         viewer.start_backend();
         Ok(viewer)
     }

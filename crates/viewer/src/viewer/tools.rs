@@ -1,6 +1,8 @@
 //! Image tools: which are on, what they have found, and the pictures that were kept.
 
 use crate::analysis::{Difference, Findings, Wanted};
+use crate::exr_layers::{ExrLayers, LayerChoice};
+use crate::queries::Question;
 use crate::render_settings::RenderSettings;
 use alhazen::{Camera, Image};
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
@@ -53,6 +55,8 @@ pub struct Snapshot {
     pub image: Arc<Image>,
     /// Whether its values are display values already.
     pub encoded: bool,
+    /// Layers of the EXR file that it is from, and which of them it is.
+    pub layers: Option<(Arc<ExrLayers>, LayerChoice)>,
     /// How it was made: sizes, samples, options.
     pub about: String,
     /// The camera and the settings that it was rendered with; files have none.
@@ -97,4 +101,11 @@ pub struct Tools {
     pub(super) number: u64,
     /// How the picture's texture was sampled when it was made.
     pub(super) has_edges: bool,
+}
+
+/// The grid on the ground as it was last drawn.
+#[derive(Default)]
+pub(super) struct Ground {
+    pub(super) asked: Option<Question>,
+    pub(super) texture: Option<TextureHandle>,
 }

@@ -9,14 +9,14 @@ impl Viewer {
     /// Marks a line; an object is selected.
     pub fn choose(&mut self, item: Item) {
         self.open.outliner.cursor = Some(item);
-        self.gizmo.light = None;
-        self.selection = match item {
+        let selection = match item {
             Item::Group(_) => None,
             Item::Object(object) => {
                 let material = self.document.as_ref().and_then(|d| d.material_of(object)).unwrap_or(0);
                 Some(Selection { object, material })
             }
         };
+        self.select(selection);
         self.open.outliner.known_selection = self.selection.map(|s| s.object);
     }
 
@@ -28,7 +28,11 @@ impl Viewer {
 
     /// The objects that commands act on.
     pub fn chosen_objects(&self) -> Vec<InstanceId> {
-        self.chosen().map_or(Vec::new(), |item| self.open.outliner.tree().objects(item))
+        let mut objects = self.chosen().map_or(Vec::new(), |item| self.open.outliner.tree().objects(item));
+        objects.extend(&self.also);
+        objects.sort_unstable();
+        objects.dedup();
+        objects
     }
 
     /// The name of a line.

@@ -183,6 +183,10 @@ impl App {
             crate::panels::show(viewer, ui);
         });
         viewer.send_wishes(&ctx);
+        // Ctrl+C and Ctrl+V are about text where text is typed or selected, and else about materials.
+        let selected = ctx.plugin_opt::<egui::text_selection::LabelSelectionState>();
+        let is_text = viewer.is_typing(&ctx) || selected.is_some_and(|text| text.lock().has_selection());
+        open.egui.set_clipboard_shortcuts(is_text);
         open.egui.handle_platform_output_with_event_loop(&open.window, event_loop, output.platform_output);
         let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
         let drawing = Drawing {

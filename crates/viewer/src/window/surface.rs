@@ -78,7 +78,9 @@ impl Surface {
         config.present_mode = wgpu::PresentMode::AutoVsync;
         config.desired_maximum_frame_latency = 1;
         surface.configure(&device, &config);
-        let renderer = Renderer::new(&device, config.format, RendererOptions::default());
+        // Pixels have the picture's values, without noise that hides steps of colour; software drivers are quicker so.
+        let options = RendererOptions { dithering: false, ..RendererOptions::default() };
+        let renderer = Renderer::new(&device, config.format, options);
         Ok(Self { surface, device, queue, config, renderer })
     }
 

@@ -9,6 +9,7 @@ mod recording;
 mod show;
 mod thread;
 mod upscale;
+mod whole;
 
 pub use channels::Channels;
 pub use pace::Pace;

@@ -13,6 +13,7 @@ pub fn open_with(scene: &str, settings: Settings, first: FirstView) -> Harness<'
     let start = Start {
         settings,
         first,
+        tev: None,
         load: LoadOptions::default(),
         renderer: RendererOptions { backend: alhazen::BackendChoice::Cpu, ..RendererOptions::default() },
         size: Some([32, 24]),

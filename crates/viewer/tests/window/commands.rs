@@ -105,6 +105,66 @@ fn what_cannot_be_written_is_said() {
     assert!(harness.state().notices.iter().any(|n| n.text.contains("nothing is being rendered")));
 }
 
+/// Where the disk is full, every file that is asked for is an error that names it, and nothing of it is left. A disk of
+/// 256 KiB is mounted in a namespace of this test's own; where the system allows none, that is said.
+#[test]
+fn a_full_disk_is_told_and_leaves_nothing() {
+    if let Some(disk) = std::env::var_os("ALHAZEN_FULL_DISK") {
+        return use_full_disk(Path::new(&disk));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = "mount -t tmpfs -o size=256k tmpfs \"$1\" || exit 77; ALHAZEN_FULL_DISK=\"$1\" exec \"$2\" --exact \
+        commands::a_full_disk_is_told_and_leaves_nothing";
+    let mut own = std::process::Command::new("unshare");
+    own.args(["--user", "--map-root-user", "--mount", "sh", "-c", script, "sh"]);
+    own.arg(folder.path()).arg(std::env::current_exe().expect("this program"));
+    let Ok(ran) = own.output() else { return println!("left out: there is no `unshare` here") };
+    let said = String::from_utf8_lossy(&ran.stderr);
+    if ran.status.code() == Some(77) || said.starts_with("unshare:") {
+        return println!("left out: the system mounts no disk for tests: {said}");
+    }
+    assert!(ran.status.success(), "{said}{}", String::from_utf8_lossy(&ran.stdout));
+}
+
+/// Asks for files of all kinds on a disk, after filling it.
+fn use_full_disk(disk: &Path) {
+    let filler = disk.join("filler");
+    let mut file = std::fs::File::create(&filler).expect("there is room for a name");
+    while std::io::Write::write_all(&mut file, &[1; 4096]).is_ok() {}
+    let mut harness = open("three-spheres");
+    harness.state_mut().render.spp = 4;
+    (harness.state_mut().open.record.frames, harness.state_mut().open.record.spp) = (1, 1);
+    harness.state_mut().open.output.quality = None;
+    until(&mut harness, "a full picture", |v| v.shot().is_some_and(|shot| !shot.preview));
+    for (what, name) in [
+        (For::Save, "scene.toml"),
+        (For::Picture, "picture.exr"),
+        (For::Picture, "picture.png"),
+        (For::Picture, "picture.hdr"),
+        (For::Render, "render.exr"),
+        (For::Record, "frame.0000.png"),
+        (For::Statistics, "numbers.csv"),
+        (For::Statistics, "numbers.json"),
+    ] {
+        harness.state_mut().notices.clear();
+        let asked = if what == For::Record { "frame.png" } else { name };
+        harness.state_mut().use_file(what, disk.join(asked));
+        until(&mut harness, &format!("an error of {name}"), |v| {
+            v.notices.iter().any(|n| n.is_error && n.text.contains(name) && n.text.contains("No space left"))
+        });
+        until(&mut harness, "the end of rendering", |v| v.recording.is_none());
+    }
+    harness.state().settings.save(&disk.join("viewer.json")).expect_err("there is no room");
+    let left: Vec<_> =
+        std::fs::read_dir(disk).expect("listed").filter_map(|e| Some(e.ok()?.file_name())).collect();
+    assert_eq!(left, ["filler"], "something is left");
+    // With room again, the same is written.
+    std::fs::remove_file(&filler).expect("removed");
+    drop(file);
+    harness.state_mut().use_file(For::Save, disk.join("scene.toml"));
+    assert!(disk.join("scene.toml").is_file(), "{:?}", harness.state().notices);
+}
+
 /// Steps of the camera and edits while a file is rendered: it is of what was seen when it was asked
 /// for, with the edits.
 #[test]

@@ -8,6 +8,8 @@ mod image;
 mod outliner;
 mod overlays;
 mod properties;
+mod several;
+mod sharing;
 mod tasks;
 
 use common::{open_with, until};

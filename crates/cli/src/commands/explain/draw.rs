@@ -49,7 +49,7 @@ pub fn write(
     renderer.load(explained.scene)?;
     let view = job.view(time);
     let limits = Limits { spp: SPP, ..Limits::default() };
-    renderer.render_view(&view, &limits, &Control::new(), &mut |_| {})?;
+    renderer.render_view(&view, &limits, &Control::new(), &mut |_, _| {})?;
     let Some(film) = renderer.film()? else { return Ok(()) };
     let noisy = NoisyPicture::of_film(film)?;
     let clean = renderer.denoise(Denoiser::Network, &noisy)?.picture;

@@ -15,7 +15,7 @@ use crate::commands::loading::LoadingArgs;
 use crate::commands::tone::ToneArgs;
 use alhazen::{
     Adaptive, Aov, BackendChoice, Denoiser, Integrator, Mis, PathKernel, Projection, Rect, SamplerKind,
-    SunPosition, Switch,
+    SunPosition, Switch, TevAddress,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, FromArgMatches, ValueEnum};
@@ -94,6 +94,9 @@ pub struct RenderArgs {
     /// the layer `noisy`.
     #[arg(long, help_heading = "Picture", value_enum, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "network")]
     pub(super) denoise: Option<DenoiserName>,
+    /// Show the picture in a running tev while it is rendered; without a port that is 14158, tev's own.
+    #[arg(long, help_heading = "Output", value_name = "HOST:PORT")]
+    pub(super) tev: Option<TevAddress>,
     /// Seed of the noise.
     #[arg(long, help_heading = "Picture", default_value_t = 0)]
     pub(super) seed: u32,
@@ -169,10 +172,10 @@ pub struct RenderArgs {
     /// Longest path: 1 is emission, 2 direct light [default: what the scene says, or 32].
     #[arg(long, help_heading = "Light", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(super) max_depth: Option<u32>,
-    /// Light from outside: an .hdr or .exr panorama, or a constant radiance R,G,B. Without one, a scene without
-    /// lights, in which nothing is brighter than white paper, gets a cloudy sky, and so does a model whose lights do not
-    /// reach what is seen; 0,0,0 leaves it out.
-    #[arg(long, help_heading = "Light", value_name = "FILE|R,G,B")]
+    /// Light from outside: an .hdr or .exr panorama, a constant radiance R,G,B, or studio, sky or night. Without one, a
+    /// scene without lights, in which nothing is brighter than white paper, gets a cloudy sky, and so does a model whose
+    /// lights do not reach what is seen; 0,0,0 leaves it out.
+    #[arg(long, help_heading = "Light", value_name = "FILE|R,G,B|NAME")]
     pub(super) environment: Option<String>,
     /// Rotation of the environment in degrees.
     #[arg(

@@ -1,6 +1,7 @@
 //! What was rendered, and how it is written.
 
 use super::args::RenderArgs;
+use super::onlooker::Onlooker;
 use crate::console::{keep_each, say};
 use alhazen::{
     DenoiseError, DenoiseFilmError, Denoised, Film, FrameFilm, Job, NoisyPicture, Part, Renderer, Scene,
@@ -46,7 +47,7 @@ impl Noisy {
 impl Made {
     /// Writes it to all `paths`, each even if others fail.
     ///
-    /// A picture whose noise cannot be removed is written with it.
+    /// A picture whose noise cannot be removed is written with it. An onlooker sees what is written.
     pub fn write(
         self,
         renderer: &mut Renderer,
@@ -54,11 +55,12 @@ impl Made {
         job: &Job,
         args: &RenderArgs,
         place: Option<InSequence>,
+        mut onlooker: Option<&mut Onlooker>,
     ) -> anyhow::Result<()> {
         let encoding = args.files.encoding();
-        let write_picture = |film: &Film,
-                             mut metadata: BTreeMap<String, String>,
-                             denoised: Option<Result<Denoised, DenoiseFilmError>>|
+        let mut write_picture = |film: &Film,
+                                 mut metadata: BTreeMap<String, String>,
+                                 denoised: Option<Result<Denoised, DenoiseFilmError>>|
          -> anyhow::Result<()> {
             let (denoised, failed) = match denoised.transpose() {
                 Ok(denoised) => (denoised, Ok(())),
@@ -71,6 +73,9 @@ impl Made {
                 metadata.insert("denoiser".into(), denoised.by.clone());
             }
             let colour = denoised.as_ref().map(|d| &d.picture);
+            if let Some(onlooker) = &mut onlooker {
+                onlooker.show(film, colour);
+            }
             keep_each(paths, |path| {
                 Ok(output::write_as(path, film, colour, &job.tone, &metadata, &encoding)?)
             })?;

@@ -5,9 +5,9 @@ use super::parsing::{Numbers, parse_vector};
 use super::shutter::bring;
 use crate::exit::Exit;
 use alhazen::{
-    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
-    Quantity, Rect, Sampling, Scene, SequenceDenoiser, Switch, Visibility, add_daylight_if_dark,
+    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, EnvironmentPreset, Highlights,
+    HybridSettings, Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings,
+    Projection, Quantity, Rect, Sampling, Scene, SequenceDenoiser, Switch, Visibility, add_daylight_if_dark,
     check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
@@ -26,6 +26,11 @@ pub fn set_environment(args: &RenderArgs, loaded: &mut Loaded, options: &LoadOpt
         add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, args.tone.exposure());
         return Ok(());
     };
+    if let Some(preset) = environment_preset(text) {
+        let (rotation, intensity) = (args.environment_rotation.to_radians(), args.environment_intensity);
+        preset.put_around(&mut loaded.scene, rotation, intensity);
+        return Ok(());
+    }
     loaded.scene.environment = match parse_vector(text) {
         Ok(color) if !Path::new(text).exists() => {
             ensure!(color.iter().all(|c| *c >= 0.0), "--environment {text}: radiance cannot be negative");
@@ -43,6 +48,11 @@ pub fn set_environment(args: &RenderArgs, loaded: &mut Loaded, options: &LoadOpt
         }
     };
     Ok(())
+}
+
+/// The environment of our own that has this name, unless there is a file of that name.
+pub fn environment_preset(text: &str) -> Option<EnvironmentPreset> {
+    EnvironmentPreset::from_name(text).filter(|_| !Path::new(text).exists())
 }
 
 /// The picture that the arguments ask for, with the scene's own wishes as defaults. `time`: when the scene is, in seconds, if

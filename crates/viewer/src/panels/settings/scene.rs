@@ -130,6 +130,12 @@ pub const SCENE: &[Setting] = &[
     setting(Sky, "Environment", "Light from infinitely far away.", "hdri sky background world ibl dome"),
     setting(
         Sky,
+        "Ready-made",
+        "Environments that Alhazen makes itself: soft boxes, a sky, a night.",
+        "preset studio softbox night moon lighting",
+    ),
+    setting(
+        Sky,
         "Radiance",
         "The same in all directions, W/sr/m²: a colour and its strength.",
         "background colour",

@@ -5,7 +5,7 @@
 //! given up has whole frames all the same. What ends the past is another size.
 
 use super::State;
-use super::passes::{Made, scaled};
+use super::passes::{Made, pixels_of, scaled};
 use crate::worker::{Wish, lock};
 use alhazen::{BackendError, Control, Integrator, Job};
 use std::time::Instant;
@@ -67,7 +67,7 @@ impl State {
     ) -> Result<(), BackendError> {
         let start = Instant::now();
         let (side, compares) = (self.side, wish.other.is_some());
-        let pixels = u64::from(whole.width) * u64::from(whole.height);
+        let pixels = pixels_of(whole);
         let done = self.pictures[side].spp;
         let hurries = wish.moving || (!self.pictures[side].visible && self.pace.needs_preview(pixels));
         let scale = if hurries { self.pace.moving_scale(pixels) } else { 1.0 };
@@ -83,11 +83,12 @@ impl State {
             self.restart();
         }
         let mut view = job.view(0.0);
-        view.first_sample = self.frames.next([job.width, job.height]);
+        let size = job.crop.map_or([job.width, job.height], |crop| [crop.width, crop.height]);
+        view.first_sample = self.frames.next(size);
         // A frame is short, and the next one needs it.
         lock(&self.shared.running).finish = hurries;
         let stats = self.renderer.render_pass(&view, count, control)?;
-        let frames = stats.samples / (u64::from(job.width) * u64::from(job.height)).max(1);
+        let frames = stats.samples / pixels_of(&job).max(1);
         let frames = u32::try_from(frames).unwrap_or(count).min(count);
         self.frames.next += frames;
         if !compares && !preview {
@@ -100,7 +101,7 @@ impl State {
             self.pictures[side].spp = if preview { 0 } else { frames };
             self.keep_film(side, true)?;
         }
-        let pixels = job.width * job.height;
+        let pixels = pixels_of(&job) as u32;
         self.finish_pass(wish, whole, Made { stats, preview, hurried: hurries, start, pixels })
     }
 }

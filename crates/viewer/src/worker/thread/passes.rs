@@ -2,7 +2,7 @@
 
 use super::{Rendered, State};
 use crate::worker::{Event, PassReport, Wish, lock};
-use alhazen::{BackendError, Control, Film, Job, PassStats};
+use alhazen::{BackendError, Control, Film, Job, PassStats, Rect};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -25,7 +25,7 @@ impl State {
     fn render_samples(&mut self, wish: &Wish, whole: &Job, control: &Control) -> Result<(), BackendError> {
         let start = Instant::now();
         let (side, compares) = (self.side, wish.other.is_some());
-        let pixels = u64::from(whole.width) * u64::from(whole.height);
+        let pixels = pixels_of(whole);
         let picture = &self.pictures[side];
         let preview = wish.moving || (!picture.visible && self.pace.needs_preview(pixels));
         let job = self.possible(whole);
@@ -66,7 +66,7 @@ impl State {
         if compares {
             self.keep_film(side, preview || view.first_sample == 0)?;
         }
-        let pixels = job.width * job.height;
+        let pixels = pixels_of(&job) as u32;
         self.finish_pass(wish, whole, Made { stats, preview, hurried: preview, start, pixels })
     }
 
@@ -169,5 +169,38 @@ pub(super) struct Made {
 /// The same picture with fewer pixels.
 pub(super) fn scaled(job: &Job, scale: f32) -> Job {
     let side = |n: u32| ((n as f32 * scale).round() as u32).max(1);
-    Job { width: side(job.width), height: side(job.height), ..job.clone() }
+    let (width, height) = (side(job.width), side(job.height));
+    let crop = job.crop.map(|crop| {
+        let span = |low: u32, length: u32, size: u32| {
+            let edge = |v: u32| (v as f32 * scale).round() as u32;
+            let first = edge(low).min(size - 1);
+            (first, edge(low + length).clamp(first + 1, size) - first)
+        };
+        let (x, across) = span(crop.x, crop.width, width);
+        let (y, down) = span(crop.y, crop.height, height);
+        Rect { x, y, width: across, height: down }
+    });
+    Job { width, height, crop, ..job.clone() }
+}
+
+/// How many pixels of a picture are rendered.
+pub(super) fn pixels_of(job: &Job) -> u64 {
+    job.crop.map_or(u64::from(job.width) * u64::from(job.height), |crop| crop.area() as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn smaller_pictures_have_the_same_part() {
+        let crop = Some(Rect { x: 100, y: 50, width: 200, height: 3 });
+        let whole = Job { width: 400, height: 200, crop, ..Job::for_scene(&alhazen::Scene::default()) };
+        let small = scaled(&whole, 0.25);
+        assert_eq!((small.width, small.height), (100, 50));
+        assert_eq!(small.crop, Some(Rect { x: 25, y: 13, width: 50, height: 1 }));
+        assert_eq!((pixels_of(&whole), pixels_of(&small)), (600, 50));
+        let whole = Job { crop: None, ..whole };
+        assert_eq!((scaled(&whole, 0.25).crop, pixels_of(&whole)), (None, 80_000));
+    }
 }

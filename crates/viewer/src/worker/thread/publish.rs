@@ -3,6 +3,7 @@
 use super::{Clean, Rendered, State, full_text};
 use crate::worker::show::{display, layer_image};
 use crate::worker::upscale::upscaled;
+use crate::worker::whole::Whole;
 use crate::worker::{Event, Layer, PassReport, Shot};
 use alhazen::edits::Editable;
 use alhazen::{
@@ -97,15 +98,19 @@ impl State {
                 None => return Ok(()),
             },
         };
-        let linear = match &denoised {
+        let mut linear = match &denoised {
             Some(denoised) => denoised.picture.clone(),
             None => layer_image(film, self.shown.layer),
         };
         let mut image = display(&linear, film, &self.shown, frames);
+        let mut counts: Vec<u32> = film.pixels().iter().map(|p| p.count() as u32).collect();
+        if let Some(whole) = Whole::of(film) {
+            (image, linear) = (whole.display(&image), whole.image(&linear));
+            counts = whole.counts(&counts);
+        }
         if preview {
             image = upscaled(image, [job.width, job.height]);
         }
-        let counts = film.pixels().iter().map(|p| p.count() as u32).collect();
         let denoised_by = denoised.map(|d| d.by.clone());
         let pass = PassReport { show: start.elapsed(), denoised_by, ..picture.last_pass.clone() };
         self.shared.publish(Shot {
