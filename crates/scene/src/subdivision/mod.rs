@@ -23,9 +23,6 @@ mod rings;
 mod split;
 mod surface;
 
-#[cfg(test)]
-mod tests;
-
 pub use cage::{Cage, CageReport};
 pub use displacement::{Displacement, DisplacementSpace};
 pub(crate) use pending::RefineError;

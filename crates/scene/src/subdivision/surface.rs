@@ -481,3 +481,29 @@ impl Level {
         (tangent, side)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_asked_for_before_it_is_used() {
+        let cage = Cage::from_triangles(&[(&crate::shapes::cuboid(Vec3::ONE, 0.0, 1), 0)], true);
+        let mut asked = Vec::new();
+        let stop = |bytes: u64| {
+            asked.push(bytes);
+            if bytes > 1 << 20 { Err(Stop) } else { Ok(()) }
+        };
+        #[derive(Debug, PartialEq)]
+        struct Stop;
+        impl From<TessellationError> for Stop {
+            fn from(_: TessellationError) -> Self {
+                Self
+            }
+        }
+        let made =
+            tessellate_within(&cage, Scheme::CatmullClark, Rate::Levels(12), None, None, stop);
+        assert_eq!(made.err(), Some(Stop));
+        assert_eq!(asked.len(), 5, "{asked:?}");
+    }
+}

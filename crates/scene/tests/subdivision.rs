@@ -1,11 +1,13 @@
 //! Surfaces against closed forms, and what must hold of any.
 
-use super::*;
-use crate::{
+use glam::{Affine3A, Vec2, Vec3, vec2, vec3};
+use scene::subdivision::{
+    Cage, CageReport, Displacement, DisplacementSpace, PixelScale, Rate, Refinement, Scheme, tessellate,
+};
+use scene::{
     Camera, ColorSpace, Image, Instance, LoadReport, Mesh, Pixels, Sampler, Scene, Shape, Texture, TextureRef,
     TriangleMesh, shapes,
 };
-use glam::{Affine3A, Vec2, Vec3, vec2, vec3};
 use std::collections::HashMap;
 
 /// A cage of faces with positions only.
@@ -219,7 +221,6 @@ fn sharp_edges_stay_and_semi_sharp_ones_do_not() {
     assert_eq!(normals_at(&mesh, Vec3::ONE).len(), 3);
     // Sharpness lets the corner go outwards, and more levels than sharpness do not move it.
     let corner = |sharpness: f32, level: u32| {
-        sharp.creases.iter().for_each(|_| ());
         let mut cage = cube();
         cage.creases = edges.map(|edge| (edge, sharpness)).to_vec();
         let mesh = levels(&cage, Scheme::CatmullClark, level);
@@ -471,24 +472,4 @@ fn triangle_meshes_become_cages() {
     let mut ball = Cage::from_triangles(&[(&shapes::icosphere(1.0, 2), 0)], true);
     ball.crease_by_angle(0.5, 10.0);
     assert!(ball.creases.is_empty());
-}
-
-#[test]
-fn memory_is_asked_for_before_it_is_used() {
-    let mut asked = Vec::new();
-    let stop = |bytes: u64| {
-        asked.push(bytes);
-        if bytes > 1 << 20 { Err(Stop) } else { Ok(()) }
-    };
-    #[derive(Debug, PartialEq)]
-    struct Stop;
-    impl From<TessellationError> for Stop {
-        fn from(_: TessellationError) -> Self {
-            Self
-        }
-    }
-    let made =
-        surface::tessellate_within(&cube(), Scheme::CatmullClark, Rate::Levels(12), None, None, stop);
-    assert_eq!(made.err(), Some(Stop));
-    assert_eq!(asked.len(), 5, "{asked:?}");
 }
