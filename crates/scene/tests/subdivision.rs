@@ -1,12 +1,14 @@
-//! Surfaces against closed forms, and what must hold of any.
+//! Subdivision surfaces against closed forms, and what must hold of any.
+
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
 
 use glam::{Affine3A, Vec2, Vec3, vec2, vec3};
 use scene::subdivision::{
     Cage, CageReport, Displacement, DisplacementSpace, PixelScale, Rate, Refinement, Scheme, tessellate,
 };
 use scene::{
-    Camera, ColorSpace, Image, Instance, LoadReport, Mesh, Pixels, Sampler, Scene, Shape, Texture, TextureRef,
-    TriangleMesh, shapes,
+    Camera, ColorSpace, Image, Instance, LoadReport, Mesh, Pixels, Sampler, Scene, Shape, Texture,
+    TextureRef, TriangleMesh, shapes,
 };
 use std::collections::HashMap;
 
@@ -38,7 +40,8 @@ fn tetrahedron() -> Cage {
 /// A torus of `n` × `m` faces around y, quadrilaterals or triangles.
 fn torus(n: u32, m: u32, triangles: bool) -> Cage {
     let point = |i: u32, j: u32| {
-        let (a, b) = (i as f32 / n as f32 * std::f32::consts::TAU, j as f32 / m as f32 * std::f32::consts::TAU);
+        let (a, b) =
+            (i as f32 / n as f32 * std::f32::consts::TAU, j as f32 / m as f32 * std::f32::consts::TAU);
         let r = 2.0 + 0.8 * b.cos() + 0.2 * (2.0 * a).sin();
         vec3(r * a.cos(), 0.8 * b.sin(), r * a.sin())
     };
@@ -71,6 +74,8 @@ fn grid(n: u32, triangles: bool) -> Cage {
         }
     }
     cage.uvs_of[0] = cage.positions_of.clone();
+    // Corners of one face are sharp by themselves; two of the grid have two triangles.
+    cage.corners = [at(0, 0), at(n, n)].map(|corner| (corner, Cage::ENDLESS)).to_vec();
     cage
 }
 
@@ -153,7 +158,8 @@ fn regular_meshes_are_bicubic_splines() {
             (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0,
             t * t * t / 6.0,
         ];
-        let slope = [-0.5 * s * s, 0.5 * (3.0 * t * t - 4.0 * t), -0.5 * (3.0 * s * s - 4.0 * s), 0.5 * t * t];
+        let slope =
+            [-0.5 * s * s, 0.5 * (3.0 * t * t - 4.0 * t), -0.5 * (3.0 * s * s - 4.0 * s), 0.5 * t * t];
         (value, slope)
     };
     let fine = 1 << level;
@@ -210,7 +216,8 @@ fn borders_and_creases_are_cubic_splines() {
 
 #[test]
 fn sharp_edges_stay_and_semi_sharp_ones_do_not() {
-    let edges = [[0, 4], [4, 6], [6, 2], [2, 0], [1, 3], [3, 7], [7, 5], [5, 1], [0, 1], [4, 5], [6, 7], [2, 3]];
+    let edges =
+        [[0, 4], [4, 6], [6, 2], [2, 0], [1, 3], [3, 7], [7, 5], [5, 1], [0, 1], [4, 5], [6, 7], [2, 3]];
     let mut sharp = cube();
     sharp.creases = edges.map(|edge| (edge, Cage::ENDLESS)).to_vec();
     let mesh = levels(&sharp, Scheme::CatmullClark, 2);
@@ -290,7 +297,7 @@ fn edges_are_as_long_in_pixels_as_asked_and_nothing_cracks() {
         }
         assert!(longest <= 12.0 && longest > 10.0, "{scheme:?}: {longest}");
         areas.sort_by(f32::total_cmp);
-        assert!(areas[areas.len() - 1] > 30.0 * areas[areas.len() / 20], "{scheme:?}: all are as large");
+        assert!(areas[areas.len() - 1] > 8.0 * areas[areas.len() / 20], "{scheme:?}: all are as large");
         let uniform = levels(&cage, scheme, 7).indices.len();
         assert!(mesh.indices.len() < uniform / 8, "{scheme:?}: {} of {uniform}", mesh.indices.len());
     }
@@ -333,7 +340,8 @@ fn displacement_moves_along_the_normal_of_the_limit() {
             assert!(q.distance(*p + 0.1 * *n) < 1e-5, "{p} {q}");
         }
         // The surface at a distance has about the same normals.
-        let differ = plain.normals.iter().zip(&moved.normals).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        let differ =
+            plain.normals.iter().zip(&moved.normals).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         assert!(differ > 1e-4 && differ < 0.1, "{differ}");
     }
 }
@@ -398,17 +406,11 @@ fn broken_cages_are_mended_and_said() {
     // Three faces at an edge, one wound against its neighbour, one with a corner twice, one with a hole of a number.
     let mut positions = cube().positions;
     positions.push(vec3(f32::NAN, 0.0, 0.0));
-    let faces: [&[u32]; 7] = [
-        &[0, 4, 6, 2],
-        &[0, 4, 5, 1],
-        &[4, 0, 3],
-        &[2, 6, 7, 3],
-        &[0, 0, 1],
-        &[0, 1, 8],
-        &[0, 2, 0, 3],
-    ];
+    let faces: [&[u32]; 7] =
+        [&[0, 4, 6, 2], &[0, 4, 5, 1], &[4, 0, 3], &[2, 6, 7, 3], &[0, 0, 1], &[0, 1, 8], &[0, 2, 0, 3]];
     for scheme in [Scheme::CatmullClark, Scheme::Loop, Scheme::Linear] {
-        let made = tessellate(&cage(positions.clone(), &faces), scheme, Rate::Levels(2), None).expect("few faces");
+        let made =
+            tessellate(&cage(positions.clone(), &faces), scheme, Rate::Levels(2), None).expect("few faces");
         assert_eq!((made.report.broken_faces, made.report.cut_edges), (3, 1), "{scheme:?}");
         assert!(made.parts[0].positions.iter().all(|p| p.is_finite()));
         assert!(!made.parts[0].indices.is_empty());

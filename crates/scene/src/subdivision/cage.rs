@@ -16,6 +16,8 @@ pub struct Cage {
     pub positions: Vec<Vec3>,
     /// Linear colour of each position, or empty.
     pub colors: Vec<Vec4>,
+    /// Number of each position in its file, by which creases are named there; empty: its own.
+    pub numbers: Vec<u32>,
     /// Both sets of texture coordinates, each with a numbering of its own.
     pub uvs: [Vec<Vec2>; 2],
     /// Unit normals, with a numbering of their own. Only [`Scheme::Linear`] uses them.

@@ -4,8 +4,8 @@
 //! edge in the neighbouring face. Values lie in channels: one of positions, and others, such as texture coordinates, that
 //! have vertices of their own, since they may differ on both sides of an edge.
 
-use super::cage::{Cage, CageReport, NONE};
 use super::Scheme;
+use super::cage::{Cage, CageReport, NONE};
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -212,9 +212,8 @@ impl Level {
         let mut channel = Channel::default();
         if seams {
             let differs = |half: u32| {
-                self.twin(half).is_some_and(|twin| {
-                    at(half) != at(self.next(twin)) || at(self.next(half)) != at(twin)
-                })
+                self.twin(half)
+                    .is_some_and(|twin| at(half) != at(self.next(twin)) || at(self.next(half)) != at(twin))
             };
             channel.cut = (0..of.len() as u32).map(differs).collect();
             if !channel.cut.contains(&true) {

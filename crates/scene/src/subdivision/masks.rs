@@ -3,8 +3,8 @@
 //! Rules for creases are those of DeRose, Kass and Truong (1998) as OpenSubdiv has them: a vertex is smooth, on a crease,
 //! or a corner by the number of its sharp edges, and where sharpness ends within a level, both rules are mixed.
 
-use super::level::{Channel, Level, Value};
 use super::Scheme;
+use super::level::{Channel, Level, Value};
 use elementary::cos;
 
 /// What a vertex follows.
@@ -142,9 +142,8 @@ impl<V: Value> Vertex<V> {
         match scheme {
             Scheme::Linear => self.own,
             Scheme::CatmullClark => {
-                let smooth = || {
-                    (self.own * (n * n) + self.ends * 4.0 + diagonals()) * (1.0 / (n * (n + 5.0)))
-                };
+                let smooth =
+                    || (self.own * (n * n) + self.ends * 4.0 + diagonals()) * (1.0 / (n * (n + 5.0)));
                 self.mixed(smooth, 1.0 / 6.0)
             }
             Scheme::Loop => {

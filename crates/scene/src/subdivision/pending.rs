@@ -48,6 +48,11 @@ impl<E> From<TessellationError> for RefineError<E> {
 }
 
 impl Refinement {
+    /// A refinement that leaves the faces as they are.
+    pub fn new(mesh: MeshId, cage: Cage) -> Self {
+        Self { mesh, cage, scheme: Scheme::Linear, rate: Rate::Levels(0), displacement: None }
+    }
+
     /// The refinement of a mesh as it is: of its triangles, and none of its spheres.
     ///
     /// - `pair`: see [`Cage::from_triangles`].
@@ -62,9 +67,7 @@ impl Refinement {
             })
             .collect();
         let cage = Cage::from_triangles(&parts, pair);
-        let refinement =
-            Self { mesh: number, cage, scheme: Scheme::Linear, rate: Rate::Levels(0), displacement: None };
-        (refinement.cage.faces() > 0).then_some(refinement)
+        (cage.faces() > 0).then(|| Self::new(number, cage))
     }
 }
 
@@ -99,7 +102,8 @@ impl Scene {
                 report.ignored(format!("mesh {name}: it deforms, so it is not subdivided"));
                 continue;
             }
-            let made = self.tessellated(&refinement, height, |bytes| take(bytes).map_err(RefineError::Refused));
+            let made =
+                self.tessellated(&refinement, height, |bytes| take(bytes).map_err(RefineError::Refused));
             let made = made.map_err(|error| match error {
                 RefineError::TooMany(_, error) => RefineError::TooMany(name.clone(), error),
                 refused => refused,
@@ -159,10 +163,14 @@ fn note(name: &str, made: &Tessellation, refinement: &Refinement, report: &mut L
         ));
     }
     if triangulated > 0 {
-        report.approximated(format!("mesh {name}: {triangulated} polygons became triangles for the scheme `loop`"));
+        report.approximated(format!(
+            "mesh {name}: {triangulated} polygons became triangles for the scheme `loop`"
+        ));
     }
     if made.is_coarse {
         let levels = refinement.rate.levels();
-        report.approximated(format!("mesh {name}: edges are still too long after {levels} levels of subdivision"));
+        report.approximated(format!(
+            "mesh {name}: edges are still too long after {levels} levels of subdivision"
+        ));
     }
 }

@@ -40,7 +40,9 @@ impl Children {
         };
         for face in 0..level.faces() {
             let mut corners = 0;
-            for corner in level.corners(face).filter(|c| children.near[level.position.of[*c as usize] as usize]) {
+            for corner in
+                level.corners(face).filter(|c| children.near[level.position.of[*c as usize] as usize])
+            {
                 children.at[corner as usize] = children.count;
                 children.count += 1;
                 corners += 1;

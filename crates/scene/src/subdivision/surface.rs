@@ -5,6 +5,7 @@
 //! surface get numbers when they first belong to such a face, and their place on the limit then, which is the same on
 //! all levels. So it does not matter from which side, or how deep, a point is reached.
 
+use super::Scheme;
 use super::cage::{Cage, CageReport, NONE};
 use super::displacement::{Displacer, SurfacePoint};
 use super::level::{Channel, Level, Value};
@@ -13,7 +14,6 @@ use super::normals::limit_normal;
 use super::output::{Corner, Middle, Output};
 use super::rate::{PixelScale, Rate};
 use super::split::Children;
-use super::Scheme;
 use crate::TriangleMesh;
 use crate::load::session::TRIANGLE;
 use glam::{Vec2, Vec3, Vec4};
@@ -173,22 +173,20 @@ impl Surface<'_> {
         corners.extend(patches.iter().map(|patch| patch.corner).filter(|corner| *corner != NONE));
         let points = &mut self.output.points;
         let scheme = self.scheme;
-        let mut position = std::mem::take(&mut level.position);
-        let fresh = number(&mut position, &corners, &mut points.limits, &mut self.unsettled.points);
-        settle(level, &position, scheme, &fresh, &mut points.limits, &mut self.unsettled.points);
-        level.position = position;
+        let fresh = number(&mut level.position, &corners, &mut points.limits, &mut self.unsettled.points);
+        let (limits, unsettled) = (&mut points.limits, &mut self.unsettled.points);
+        settle(level, &level.position, scheme, &fresh, limits, unsettled);
         for set in [0, 1] {
-            if let Some(mut uv) = level.uvs[set].take() {
-                let (limits, unsettled) = (&mut points.uvs[set], &mut self.unsettled.uvs[set]);
-                let fresh = number(&mut uv, &corners, limits, unsettled);
-                settle(level, &uv, scheme, &fresh, limits, unsettled);
-                level.uvs[set] = Some(uv);
+            let (limits, unsettled) = (&mut points.uvs[set], &mut self.unsettled.uvs[set]);
+            let fresh = level.uvs[set].as_mut().map(|uv| number(uv, &corners, limits, unsettled));
+            if let (Some(fresh), Some(uv)) = (fresh, &level.uvs[set]) {
+                settle(level, uv, scheme, &fresh, limits, unsettled);
             }
         }
-        if let Some(mut color) = level.color.take() {
-            let fresh = number(&mut color, &corners, &mut points.colors, &mut self.unsettled.colors);
-            settle(level, &color, scheme, &fresh, &mut points.colors, &mut self.unsettled.colors);
-            level.color = Some(color);
+        let (limits, unsettled) = (&mut points.colors, &mut self.unsettled.colors);
+        let colored = level.color.as_mut().map(|color| number(color, &corners, limits, unsettled));
+        if let (Some(fresh), Some(color)) = (colored, &level.color) {
+            settle(level, color, scheme, &fresh, limits, unsettled);
         }
         self.settle_normals(level, &corners);
         self.displace(level, &fresh);
@@ -350,9 +348,8 @@ impl Surface<'_> {
         for face in (0..level.faces()).filter(|f| level.real[*f as usize] && !active[*f as usize]) {
             vertices.clear();
             vertices.extend(level.corners(face).map(|c| self.output.vertex(corner_at(level, c))));
-            let is_split = |half: u32| {
-                level.twin(half).is_some_and(|twin| active[level.face_of(twin) as usize])
-            };
+            let is_split =
+                |half: u32| level.twin(half).is_some_and(|twin| active[level.face_of(twin) as usize]);
             let part = level.parts[face as usize];
             if level.corners(face).any(is_split) {
                 let corner = if vertices.len() == 4 { level.corners(face).start } else { NONE };
@@ -501,8 +498,7 @@ mod tests {
                 Self
             }
         }
-        let made =
-            tessellate_within(&cage, Scheme::CatmullClark, Rate::Levels(12), None, None, stop);
+        let made = tessellate_within(&cage, Scheme::CatmullClark, Rate::Levels(12), None, None, stop);
         assert_eq!(made.err(), Some(Stop));
         assert_eq!(asked.len(), 5, "{asked:?}");
     }
