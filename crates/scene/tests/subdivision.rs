@@ -475,3 +475,18 @@ fn triangle_meshes_become_cages() {
     ball.crease_by_angle(0.5, 10.0);
     assert!(ball.creases.is_empty());
 }
+
+/// Prints how many triangles a second come out, for docs/subdivision.md.
+#[test]
+#[ignore = "measures, and takes some gigabytes"]
+fn speed() {
+    for (scheme, triangles) in [(Scheme::CatmullClark, false), (Scheme::Loop, true)] {
+        let cage = torus(32, 16, triangles);
+        for rate in [Rate::Levels(5), Rate::Levels(6), Rate::Length { most: 0.008, levels: 9 }] {
+            let begin = std::time::Instant::now();
+            let made = tessellate(&cage, scheme, rate, None).expect("few faces");
+            let (seconds, count) = (begin.elapsed().as_secs_f64(), made.parts[0].indices.len());
+            println!("{scheme:?} {rate:?}: {count} in {seconds:.2} s, {:.2} M/s", count as f64 / seconds / 1e6);
+        }
+    }
+}
