@@ -486,7 +486,10 @@ fn speed() {
             let begin = std::time::Instant::now();
             let made = tessellate(&cage, scheme, rate, None).expect("few faces");
             let (seconds, count) = (begin.elapsed().as_secs_f64(), made.parts[0].indices.len());
-            println!("{scheme:?} {rate:?}: {count} in {seconds:.2} s, {:.2} M/s", count as f64 / seconds / 1e6);
+            println!(
+                "{scheme:?} {rate:?}: {count} in {seconds:.2} s, {:.2} M/s",
+                count as f64 / seconds / 1e6
+            );
         }
     }
 }

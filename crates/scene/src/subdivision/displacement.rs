@@ -1,5 +1,6 @@
 //! Displacement: points of a surface are moved by the value that a texture has there.
 
+use super::level::Level;
 use crate::texture_graph::{Program, evaluate};
 use crate::{ColorSpace, Filter, Image, ImageTexture, Scene, Texture, TextureRef, Wrap};
 use glam::{Affine3A, Vec2, Vec3, Vec4};
@@ -128,6 +129,28 @@ impl<'a> Displacer<'a> {
         let Some(texture) = texture else { return Vec4::ONE };
         let Some(image) = self.scene.images.get(texture.image as usize) else { return Vec4::ONE };
         texel_mean(texture, image, shown.transform.apply(uvs[usize::from(shown.uv_set != 0)]))
+    }
+}
+
+impl Level {
+    /// The direction in which u grows around a vertex, on the side of a seam whose texture coordinates have a number; and
+    /// whether v grows to the left of it (1) or to the right (−1).
+    pub fn tangent(&self, ring: &[u32], id: u32, normal: Vec3) -> (Vec3, f32) {
+        let Some(uv) = &self.uvs[0] else { return (Vec3::ZERO, 1.0) };
+        let (mut along, mut across) = (Vec3::ZERO, Vec3::ZERO);
+        for corner in ring.iter().filter(|c| uv.id(**c) == id) {
+            let (next, before) = (self.next(*corner), self.previous(*corner));
+            let [own, a, b] = [*corner, next, before].map(|c| self.position.at(c));
+            let [own_uv, a_uv, b_uv] = [*corner, next, before].map(|c| uv.at(c));
+            let (e, f) = (a - own, b - own);
+            let (s, t) = (a_uv + own_uv * -1.0, b_uv + own_uv * -1.0);
+            let area = s.perp_dot(t).signum();
+            along += (e * t.y - f * s.y) * area;
+            across += (f * s.x - e * t.x) * area;
+        }
+        let tangent = (along - normal * normal.dot(along)).normalize_or_zero();
+        let side = if normal.cross(tangent).dot(across) < 0.0 { -1.0 } else { 1.0 };
+        (tangent, side)
     }
 }
 

@@ -52,4 +52,14 @@ impl Level {
         }
         extent
     }
+
+    /// Whether the vertex of a corner is on creases that become smooth on a later level.
+    pub fn changes_at(&self, corner: u32, ring: &mut Vec<u32>) -> bool {
+        if self.sharp.is_empty() && self.pins.is_empty() {
+            return false;
+        }
+        let fades = |sharpness: f32| sharpness > 0.0 && sharpness < f32::INFINITY;
+        self.ring(&self.position, corner, ring);
+        fades(self.pin(corner)) || ring.iter().any(|c| fades(self.sharpness(*c)))
+    }
 }

@@ -447,38 +447,6 @@ fn corner_at(level: &Level, corner: u32) -> Corner {
     }
 }
 
-impl Level {
-    /// Whether the vertex of a corner is on creases that become smooth on a later level.
-    fn changes_at(&self, corner: u32, ring: &mut Vec<u32>) -> bool {
-        if self.sharp.is_empty() && self.pins.is_empty() {
-            return false;
-        }
-        let fades = |sharpness: f32| sharpness > 0.0 && sharpness < f32::INFINITY;
-        self.ring(&self.position, corner, ring);
-        fades(self.pin(corner)) || ring.iter().any(|c| fades(self.sharpness(*c)))
-    }
-
-    /// The direction in which u grows around a vertex, on the side of a seam whose texture coordinates have a number; and
-    /// whether v grows to the left of it (1) or to the right (−1).
-    fn tangent(&self, ring: &[u32], id: u32, normal: Vec3) -> (Vec3, f32) {
-        let Some(uv) = &self.uvs[0] else { return (Vec3::ZERO, 1.0) };
-        let (mut along, mut across) = (Vec3::ZERO, Vec3::ZERO);
-        for corner in ring.iter().filter(|c| uv.id(**c) == id) {
-            let (next, before) = (self.next(*corner), self.previous(*corner));
-            let [own, a, b] = [*corner, next, before].map(|c| self.position.at(c));
-            let [own_uv, a_uv, b_uv] = [*corner, next, before].map(|c| uv.at(c));
-            let (e, f) = (a - own, b - own);
-            let (s, t) = (a_uv + own_uv * -1.0, b_uv + own_uv * -1.0);
-            let area = s.perp_dot(t).signum();
-            along += (e * t.y - f * s.y) * area;
-            across += (f * s.x - e * t.x) * area;
-        }
-        let tangent = (along - normal * normal.dot(along)).normalize_or_zero();
-        let side = if normal.cross(tangent).dot(across) < 0.0 { -1.0 } else { 1.0 };
-        (tangent, side)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
