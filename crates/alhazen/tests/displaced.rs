@@ -5,7 +5,6 @@ mod common;
 use common::{estimate, job};
 use scene::LoadOptions;
 use scene::load::scene_file::{self, Parameters};
-use std::path::Path;
 
 /// A cube that is subdivided to a body with creases, and displaced by a pattern that is finer than its faces are at first. The
 /// camera sees it from outside, and a lamp shines from `lamp`.

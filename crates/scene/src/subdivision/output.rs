@@ -127,12 +127,6 @@ impl Output {
         }
     }
 
-    /// Number of triangles.
-    #[cfg(test)]
-    pub fn count(&self) -> usize {
-        self.triangles.iter().map(Vec::len).sum()
-    }
-
     /// Cuts the faces beside others that are split further into triangles, which have all vertices of these.
     pub fn patch(&mut self) {
         let mut outline = Vec::new();
@@ -249,9 +243,9 @@ impl Output {
             let at = corners.map(|corner| self.points.positions[corner.point as usize]);
             let edges = [0, 1, 2].map(|k| (at[(k + 1) % 3] - at[k]).normalize_or_zero());
             let Some(normal) = (at[1] - at[0]).cross(at[2] - at[0]).try_normalize() else { continue };
-            for k in 0..3 {
+            for (k, corner) in corners.iter().enumerate() {
                 let cos_angle = -edges[k].dot(edges[(k + 2) % 3]);
-                sums[corners[k].normal as usize] += normal * acos(cos_angle.clamp(-1.0, 1.0));
+                sums[corner.normal as usize] += normal * acos(cos_angle.clamp(-1.0, 1.0));
             }
         }
         for (normal, sum) in self.points.normals.iter_mut().zip(sums) {

@@ -158,7 +158,7 @@ impl Children {
         &self,
         level: &Level,
         of: &[T],
-        become_: impl Fn(T) -> T,
+        next: impl Fn(T) -> T,
     ) -> Vec<T> {
         if of.is_empty() {
             return Vec::new();
@@ -167,8 +167,8 @@ impl Children {
         let mut all = vec![T::default(); self.count as usize * sides];
         for corner in (0..of.len() as u32).filter(|c| self.at[*c as usize] != NONE) {
             let first = self.at[corner as usize] as usize * sides;
-            all[first] = become_(of[corner as usize]);
-            all[first + sides - 1] = become_(of[level.previous(corner) as usize]);
+            all[first] = next(of[corner as usize]);
+            all[first + sides - 1] = next(of[level.previous(corner) as usize]);
         }
         if all.iter().all(|value| *value == T::default()) { Vec::new() } else { all }
     }
