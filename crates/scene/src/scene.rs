@@ -11,7 +11,7 @@ use crate::medium::Fog;
 use crate::mesh::{Instance, Mesh};
 use crate::portal::Portal;
 use crate::settings::RenderDefaults;
-use crate::subdivision::Refinement;
+use crate::subdivision::refinement::Refinement;
 use crate::texture::Texture;
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! Meshes of polygons as they were modelled, and what has to be mended before they can be subdivided.
 
-use super::Scheme;
+use super::description::Scheme;
 use crate::triangulate::Triangulator;
 use crate::{MaterialId, TriangleMesh};
 use glam::{Vec2, Vec3, Vec4};

@@ -1,5 +1,6 @@
 //! Displacement: points of a surface are moved by the value that a texture has there.
 
+use super::description::{Displacement, DisplacementSpace};
 use super::level::Level;
 use crate::texture_graph::{Program, evaluate};
 use crate::{ColorSpace, Filter, Image, ImageTexture, Scene, Texture, TextureRef, Wrap};
@@ -8,44 +9,6 @@ use optics::image_texture::{WRAP_CLAMP, WRAP_MIRRORED_REPEAT, WRAP_REPEAT, wrap_
 use optics::texture_point::{TexturePoint, texture_point_at};
 use optics::tonemap::srgb_decode_channel;
 use optics::{Vec3f, Vec4f, vec3f, vec4f};
-use serde::{Deserialize, Serialize};
-
-/// What the value of a displacement means.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum DisplacementSpace {
-    /// The red channel is a height along the normal.
-    #[default]
-    Normal,
-    /// RGB is a vector: along the direction in which u grows, across it, along the normal.
-    Tangent,
-    /// RGB is a vector in the space of the object.
-    Object,
-}
-
-impl DisplacementSpace {
-    /// All of them, with their names in files.
-    pub const ALL: [(Self, &'static str); 3] =
-        [(Self::Normal, "normal"), (Self::Tangent, "tangent"), (Self::Object, "object")];
-
-    /// The space of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().find(|(_, known)| *known == name).map(|(space, _)| *space)
-    }
-}
-
-/// A displacement.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Displacement {
-    /// What its value is; bytes of images are linear numbers from 0 to 1 if the texture says so.
-    pub texture: TextureRef,
-    /// Factor on the value less `midlevel`, units of the object.
-    pub scale: f32,
-    /// The value that displaces nothing.
-    pub midlevel: f32,
-    /// What the value means.
-    pub space: DisplacementSpace,
-}
 
 /// A place on a surface.
 #[derive(Clone, Copy, Debug)]

@@ -4,8 +4,8 @@
 //! edge in the neighbouring face. Values lie in channels: one of positions, and others, such as texture coordinates, that
 //! have vertices of their own, since they may differ on both sides of an edge.
 
-use super::Scheme;
 use super::cage::{Cage, CageReport, NONE};
+use super::description::Scheme;
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::HashMap;

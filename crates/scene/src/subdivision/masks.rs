@@ -3,7 +3,7 @@
 //! Rules for creases are those of DeRose, Kass and Truong (1998) as OpenSubdiv has them: a vertex is smooth, on a crease,
 //! or a corner by the number of its sharp edges, and where sharpness ends within a level, both rules are mixed.
 
-use super::Scheme;
+use super::description::Scheme;
 use super::level::{Channel, Level, Value};
 use elementary::cos;
 

@@ -12,6 +12,7 @@
 //! what is split further and the faces around that (`surface.rs`).
 
 mod cage;
+mod description;
 mod displacement;
 mod level;
 mod masks;
@@ -19,39 +20,15 @@ mod normals;
 mod output;
 mod pending;
 mod rate;
+pub(crate) mod refinement;
 mod rings;
 mod split;
 mod surface;
 
 pub use cage::{Cage, CageReport};
-pub use displacement::{Displacement, DisplacementSpace};
+pub use description::{Displacement, DisplacementSpace, Scheme};
 pub(crate) use pending::RefineError;
-pub use pending::{Refinement, Subdivided};
+pub use pending::Subdivided;
 pub use rate::{PixelScale, Rate};
+pub use refinement::Refinement;
 pub use surface::{Tessellation, TessellationError, tessellate};
-
-use serde::{Deserialize, Serialize};
-
-/// How faces are split.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheme {
-    /// Catmull and Clark's: faces of any number of corners, smooth.
-    #[default]
-    CatmullClark,
-    /// Loop's: triangles, smooth. Other faces are cut into triangles first.
-    Loop,
-    /// Faces of any number of corners are split where they are: for displacement alone.
-    Linear,
-}
-
-impl Scheme {
-    /// All of them, with their names in files.
-    pub const ALL: [(Self, &'static str); 3] =
-        [(Self::CatmullClark, "catmull-clark"), (Self::Loop, "loop"), (Self::Linear, "linear")];
-
-    /// The scheme of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().find(|(_, known)| *known == name).map(|(scheme, _)| *scheme)
-    }
-}

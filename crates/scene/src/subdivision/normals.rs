@@ -4,7 +4,7 @@
 //! of Biermann, Levin and Zorin ("Piecewise Smooth Subdivision Surfaces with Normal Control", 2000) and Hoppe et al.
 //! ("Piecewise Smooth Surface Reconstruction", 1994), as OpenSubdiv has them.
 
-use super::Scheme;
+use super::description::Scheme;
 use super::level::Level;
 use super::rings::Extent;
 use elementary::{cos, sin};

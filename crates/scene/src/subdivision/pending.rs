@@ -1,27 +1,12 @@
 //! Meshes of a scene that are subdivided once all of it is loaded: displacement needs images, edges in pixels a camera.
 
-use super::cage::Cage;
-use super::displacement::{Displacement, Displacer};
+use super::cage::CageReport;
+use super::displacement::Displacer;
 use super::rate::{PixelScale, Rate};
+use super::refinement::Refinement;
 use super::surface::{Tessellation, TessellationError, tessellate_within};
-use super::{CageReport, Scheme};
-use crate::{LoadReport, Mesh, MeshId, Part, Scene, Shape, TriangleMesh};
+use crate::{LoadReport, Part, Scene, Shape};
 use glam::{Affine3A, Vec3};
-
-/// A mesh that will be subdivided.
-#[derive(Clone, Debug)]
-pub struct Refinement {
-    /// Index into [`Scene::meshes`]. Until then the mesh is the cage's.
-    pub mesh: MeshId,
-    /// What is subdivided.
-    pub cage: Cage,
-    /// How.
-    pub scheme: Scheme,
-    /// How finely.
-    pub rate: Rate,
-    /// How it is displaced.
-    pub displacement: Option<Displacement>,
-}
 
 /// What became of a scene's refinements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,30 +29,6 @@ pub(crate) enum RefineError<E> {
 impl<E> From<TessellationError> for RefineError<E> {
     fn from(error: TessellationError) -> Self {
         Self::TooMany(String::new(), error)
-    }
-}
-
-impl Refinement {
-    /// A refinement that leaves the faces as they are.
-    pub fn new(mesh: MeshId, cage: Cage) -> Self {
-        Self { mesh, cage, scheme: Scheme::Linear, rate: Rate::Levels(0), displacement: None }
-    }
-
-    /// The refinement of a mesh as it is: of its triangles, and none of its spheres.
-    ///
-    /// - `pair`: see [`Cage::from_triangles`].
-    pub fn of_mesh(number: MeshId, mesh: &Mesh, pair: bool) -> Option<Self> {
-        let empty = TriangleMesh::default();
-        let parts: Vec<_> = mesh
-            .parts
-            .iter()
-            .map(|part| match &part.shape {
-                Shape::Triangles(mesh) => (mesh, part.material),
-                Shape::Spheres(_) => (&empty, part.material),
-            })
-            .collect();
-        let cage = Cage::from_triangles(&parts, pair);
-        (cage.faces() > 0).then(|| Self::new(number, cage))
     }
 }
 

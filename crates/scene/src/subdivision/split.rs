@@ -4,8 +4,8 @@
 //! is the twin of which follows from the half edges of its parent. Where only some faces are split, children are made at
 //! all corners around their vertices, so that the rings of all vertices of children of these faces are complete.
 
-use super::Scheme;
 use super::cage::NONE;
+use super::description::Scheme;
 use super::level::{Channel, Level, Sides, Value};
 use super::masks::{Vertex, edge_point, face_point, fade};
 use rayon::prelude::*;

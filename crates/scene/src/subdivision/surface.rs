@@ -5,8 +5,8 @@
 //! surface get numbers when they first belong to such a face, and their place on the limit then, which is the same on
 //! all levels. So it does not matter from which side, or how deep, a point is reached.
 
-use super::Scheme;
 use super::cage::{Cage, CageReport, NONE};
+use super::description::Scheme;
 use super::displacement::{Displacer, SurfacePoint};
 use super::level::{Channel, Level, Value};
 use super::masks::limit;
@@ -15,7 +15,6 @@ use super::output::{Corner, Middle, Output};
 use super::rate::{PixelScale, Rate};
 use super::split::Children;
 use crate::TriangleMesh;
-use crate::load::session::TRIANGLE;
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -47,8 +46,8 @@ pub struct Tessellation {
 
 /// Faces of a level at most: what 32 bits can number, by their corners.
 const MOST_FACES: u64 = 1 << 29;
-/// Bytes of a face on a level and, later, in the meshes.
-const BYTES_OF_FACE: u64 = 2 * TRIANGLE + 140;
+/// Bytes of a face on a level, and of its two triangles until they are rendered.
+const BYTES_OF_FACE: u64 = 500;
 
 /// Cuts a surface into triangles.
 ///
