@@ -30,6 +30,7 @@ pub fn run(args: &DocsArgs) -> anyhow::Result<()> {
     volumes()?;
     motion_blur()?;
     caustics()?;
+    subdivision()?;
     explained_path()?;
     learn::pictures()?;
     denoising()?;
@@ -110,6 +111,19 @@ fn caustics() -> anyhow::Result<()> {
             command.args(["--output", &format!("docs/images/caustics-{scene}-{technique}.png")]);
             run_command(&mut command)?;
         }
+    }
+    Ok(())
+}
+
+/// Subdivision surfaces and displacement.
+fn subdivision() -> anyhow::Result<()> {
+    for name in ["surfaces", "displacement"] {
+        let mut command = Command::new(release_binary()?);
+        let scene = format!("docs/scenes/subdivision-{name}.toml");
+        command.current_dir(root()).args(["render", &scene, "--backend", "cpu", "--spp", "200", "--denoise"]);
+        command.args(["--width", "480", "--height", "180", "--quiet"]);
+        command.args(["--output", &format!("docs/images/subdivision-{name}.png")]);
+        run_command(&mut command)?;
     }
     Ok(())
 }

@@ -133,6 +133,8 @@ pub use scene::load::environment::load as load_environment;
 pub use scene::load::packed;
 /// Loads a picture as materials have it.
 pub use scene::load::textures::load_picture;
+/// Subdivision surfaces and displacement.
+pub use scene::subdivision;
 /// The flat arrays that back ends read.
 pub use scene::tables::SceneTables;
 /// Textures that are computed.

@@ -245,3 +245,31 @@ def test_indirect_light_is_clamped():
             scene.render(16, 16, spp=1, clamp_indirect=wrong)
     with pytest.raises(ValueError, match="clamp_indirect is for the integrator path"):
         scene.render(16, 16, spp=1, integrator="direct", clamp_indirect=1)
+
+
+def test_meshes_become_surfaces():
+    scene = alhazen.Scene()
+    corners = np.float32([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)])
+    sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]]
+    triangles = np.int32([t for a, b, c, d in sides for t in ([a, b, c], [a, c, d])])
+
+    def bounds(**settings):
+        mesh = scene.add_mesh(corners, triangles)
+        scene.add_instance(mesh)
+        notes = scene.subdivide(mesh, **settings)
+        low, high = scene.bounds
+        scene.remove_mesh(mesh)
+        return notes, float(high[0])
+
+    # The middle of a side: (16 + 12 + 20/9) / 36.
+    assert bounds(levels=3)[1] == pytest.approx(0.8395, abs=1e-3)
+    assert bounds(levels=3, polygons=sides)[1] == pytest.approx(0.8395, abs=1e-3)
+    assert bounds(levels=2, creases=[(1, 3, 10), (3, 7, 10), (7, 5, 10), (5, 1, 10)])[1] == pytest.approx(1)
+    assert bounds(levels=2, corners=[(7, 10)])[1] == pytest.approx(1)
+    flat = {"scheme": "linear", "levels": 1, "displacement": np.full((2, 2, 3), 0.5, np.float32), "scale": 0.2}
+    assert bounds(**flat, space="object")[1] == pytest.approx(1.1)
+    assert bounds(levels=1, polygons=[[0, 1, 1], *sides])[0] != []
+    for wrong in ({"scheme": "doo"}, {"levels": 99}, {"levels": 1, "edge_length": 1}, {"edge_pixels": 0},
+                  {"polygons": [[0, 1, 99]]}, {"space": "uv"}, {"creases": [(0, 99, 1)]}):
+        with pytest.raises(ValueError):
+            bounds(**wrong)

@@ -38,6 +38,7 @@ mod scene;
 pub mod settings;
 pub mod shapes;
 pub mod shutter;
+pub mod subdivision;
 pub mod subsurface;
 pub mod tables;
 pub mod tangents;

@@ -46,6 +46,7 @@ impl Scene {
         };
         offsets.apply(&mut other);
         self.portals.append(&mut other.portals);
+        self.refinements.append(&mut other.refinements);
         let (first, count) = (self.instances.len() as u32, other.instances.len());
         if !other.groups.list.is_empty() {
             Arc::make_mut(&mut self.groups).append(&other.groups, first, count, None);
@@ -110,6 +111,13 @@ impl Offsets {
         for (_, parameter) in scene.lights.iter_mut().flat_map(|light| light.kind.parameters()) {
             if let LightParameter::Picture(picture) = parameter {
                 picture.texture += self.textures;
+            }
+        }
+        for refinement in &mut scene.refinements {
+            refinement.mesh += self.meshes;
+            refinement.cage.materials.iter_mut().for_each(|material| *material += self.materials);
+            if let Some(displacement) = &mut refinement.displacement {
+                displacement.texture.texture += self.textures;
             }
         }
         scene.textures.iter_mut().for_each(|t| t.shift_references(self.images, self.textures));

@@ -134,12 +134,16 @@ impl Scene {
     /// - `anchor`: what the meshes are relative to already.
     pub(crate) fn settle_meshes(&mut self, anchor: DVec3, report: &mut LoadReport) {
         let mut bounds = Bounds::default();
+        let refinements = &mut self.refinements;
         let anchors: Vec<DVec3> = self
             .meshes
             .iter_mut()
-            .map(|mesh| {
+            .enumerate()
+            .map(|(number, mesh)| {
                 let own = mesh.anchor();
                 mesh.subtract(own);
+                let own_cages = refinements.iter_mut().filter(|r| r.mesh as usize == number);
+                own_cages.for_each(|refinement| subtract(&mut refinement.cage.positions, own));
                 if let Some((low, high)) = mesh.bounds() {
                     let world = DAffine3::from_translation(anchor + own);
                     bounds.add_box(&world, low.as_dvec3(), high.as_dvec3());

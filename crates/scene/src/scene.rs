@@ -11,6 +11,7 @@ use crate::medium::Fog;
 use crate::mesh::{Instance, Mesh};
 use crate::portal::Portal;
 use crate::settings::RenderDefaults;
+use crate::subdivision::refinement::Refinement;
 use crate::texture::Texture;
 use std::sync::Arc;
 
@@ -56,6 +57,8 @@ pub struct Scene {
     pub animations: Vec<Animation>,
     /// What moves while the shutter is open: see [`Scene::open_shutter`]. `None` is an instant.
     pub motion: Option<Arc<SceneMotion>>,
+    /// Meshes that are still to be subdivided: see [`Scene::refine`]. Loaders leave none.
+    pub refinements: Vec<Refinement>,
 }
 
 impl Scene {

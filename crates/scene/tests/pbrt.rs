@@ -403,3 +403,16 @@ proptest! {
         let _ = parse(&text.join(" "));
     }
 }
+
+#[test]
+fn loop_subdivision_has_its_levels() {
+    let cage = "\"point3 P\" [1 1 1 1 -1 -1 -1 1 -1 -1 -1 1] \"integer indices\" [0 1 2 0 3 1 0 2 3 1 3 2]";
+    for (levels, triangles) in [("", 256), ("\"integer levels\" [1]", 16)] {
+        let loaded = load(&format!("WorldBegin\nShape \"loopsubdiv\" {cage} {levels}\n"));
+        assert_eq!(mesh(&loaded, 0).indices.len(), triangles);
+        let corner = Vec3::splat(0.2);
+        assert!(mesh(&loaded, 0).positions.iter().any(|p| p.abs().distance(corner) < 1e-5));
+        let severe = loaded.report.notes.iter().filter(|note| note.severity > Severity::Info).count();
+        assert_eq!(severe, 0, "{:?}", loaded.report.notes);
+    }
+}

@@ -289,6 +289,7 @@ pub fn outline(scene: &Scene) -> Scene {
         defaults: scene.defaults.clone(),
         animations: scene.animations.iter().map(without_vertices).collect(),
         motion: None,
+        refinements: Vec::new(),
     }
 }
 

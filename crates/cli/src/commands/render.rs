@@ -51,8 +51,12 @@ use std::time::Instant;
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let (videos, pictures) = check(args).map_err(|error| Exit::Usage.or(error))?;
-    let options =
-        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..args.loading.options() };
+    let options = LoadOptions {
+        lenient: args.lenient,
+        variant: args.variant.clone(),
+        picture_height: args.height,
+        ..args.loading.options()
+    };
     let mut onlooker = Onlooker::start(args)?;
     let mut memory_limit = super::loading::memory_limit(&options);
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;

@@ -145,6 +145,25 @@ class Scene:
         *,
         normals: Optional[ArrayLike] = None,
     ) -> None: ...
+    def subdivide(
+        self,
+        mesh: int,
+        *,
+        scheme: str = "catmull-clark",
+        levels: Optional[int] = None,
+        edge_length: Optional[float] = None,
+        edge_pixels: Optional[float] = None,
+        max_levels: int = 8,
+        height: int = 720,
+        polygons: Optional[Sequence[Sequence[int]]] = None,
+        crease_angle: Optional[float] = None,
+        creases: Sequence[Tuple[int, int, float]] = ...,
+        corners: Sequence[Tuple[int, float]] = ...,
+        displacement: Union[ArrayLike, Dict[str, object], None] = None,
+        scale: float = 1.0,
+        midlevel: float = 0.0,
+        space: str = "normal",
+    ) -> List[str]: ...
     def remove_instance(self, instance: int) -> None: ...
     def remove_mesh(self, mesh: int) -> None: ...
     def remove_light(self, light: int) -> None: ...

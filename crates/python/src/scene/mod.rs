@@ -7,6 +7,7 @@ mod lighting;
 mod motion;
 mod pictures;
 mod rays;
+mod subdivision;
 mod views;
 
 use crate::arrays::output;

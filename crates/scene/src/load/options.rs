@@ -41,6 +41,11 @@ pub struct LoadOptions {
     pub exact_terminator: bool,
     /// Files in memory, which come before those on disk.
     pub given_files: GivenFiles,
+    /// Height of the picture, pixels, for surfaces that are subdivided until edges are short there; `None`: what the scene
+    /// says, else 720.
+    pub picture_height: Option<u32>,
+    /// Keep the polygons of OBJ files in [`crate::Scene::refinements`]: for scene files, which say how they are subdivided.
+    pub keep_polygons: bool,
     /// Every file that was read, to be kept from being overwritten. Clones share the list.
     pub files_read: FilesRead,
     /// Files that the scene asked for and that are there, but elsewhere than it may read: for whoever can be asked whether it
@@ -68,6 +73,8 @@ impl Default for LoadOptions {
             untrusted: false,
             cull_backs: false,
             exact_terminator: false,
+            picture_height: None,
+            keep_polygons: false,
             session: Session::default(),
         }
     }

@@ -3,6 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
 
 mod files;
+mod surfaces;
 
 use glam::{Vec3, Vec4};
 use proptest::prelude::*;

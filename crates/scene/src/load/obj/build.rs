@@ -1,8 +1,10 @@
 //! Parsed faces to meshes: one for each object or group, with one part for each of its materials.
 
 use super::parse::{Change, Corner, Data, MISSING};
+use super::polygons;
 use crate::load::textures::vertex_colors;
 use crate::normals::{self, group};
+use crate::subdivision::Cage;
 use crate::triangulate::Triangulator;
 use crate::{LoadOptions, LoadReport, Mesh, Part, Shape, TriangleMesh};
 use glam::{Vec2, Vec3, Vec4};
@@ -10,9 +12,9 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Faces of one chunk that share mesh, material and smoothing group.
-struct Run {
-    chunk: u32,
-    faces: std::ops::Range<u32>,
+pub(super) struct Run {
+    pub(super) chunk: u32,
+    pub(super) faces: std::ops::Range<u32>,
     smoothing: u32,
 }
 
@@ -23,15 +25,17 @@ struct MeshPlan {
 }
 
 /// What becomes a part: a material (by order of first use) and its faces.
-struct PartPlan {
-    material: u32,
-    runs: Vec<Run>,
+pub(super) struct PartPlan {
+    pub(super) material: u32,
+    pub(super) runs: Vec<Run>,
 }
 
 /// Meshes, and the names of the materials that their parts refer to by position; `None` is a face without `usemtl`.
 pub(super) struct Built {
     pub(super) meshes: Vec<Mesh>,
     pub(super) materials: Vec<Option<String>>,
+    /// The polygons of meshes, with their numbers, if they are to be kept.
+    pub(super) cages: Vec<(u32, Cage)>,
 }
 
 /// With more objects than this, a file's faces become a single mesh.
@@ -47,7 +51,7 @@ pub(super) fn build(data: &Data, name: &str, options: &LoadOptions, report: &mut
         plans = vec![merge(plans, name)];
     }
     let colors = vertex_colors(data.colors.clone(), true, report);
-    let built: Vec<(Mesh, Counts)> = plans
+    let built: Vec<(Mesh, Counts, Option<Cage>)> = plans
         .into_par_iter()
         .map(|plan| {
             let source = Source { data, colors: &colors };
@@ -56,14 +60,16 @@ pub(super) fn build(data: &Data, name: &str, options: &LoadOptions, report: &mut
         .collect();
     let mut counts = Counts::default();
     let mut meshes = Vec::with_capacity(built.len());
-    for (mesh, of_mesh) in built {
+    let mut cages = Vec::new();
+    for (mesh, of_mesh, cage) in built {
         counts.add(&of_mesh);
         if !mesh.parts.is_empty() {
+            cages.extend(cage.map(|cage| (meshes.len() as u32, cage)));
             meshes.push(mesh);
         }
     }
     counts.report(report);
-    Built { meshes, materials }
+    Built { meshes, materials, cages }
 }
 
 /// Sorts faces into meshes and parts, following the statements between them.
@@ -153,10 +159,10 @@ fn merge(plans: Vec<MeshPlan>, name: &str) -> MeshPlan {
     merged
 }
 
-struct Source<'a> {
-    data: &'a Data,
+pub(super) struct Source<'a> {
+    pub(super) data: &'a Data,
     /// Linear vertex colours, or none.
-    colors: &'a [Vec4],
+    pub(super) colors: &'a [Vec4],
 }
 
 /// How often something had to be mended.
@@ -213,9 +219,17 @@ impl Counts {
     }
 }
 
-fn build_mesh(plan: MeshPlan, source: &Source, smoothing: bool, options: &LoadOptions) -> (Mesh, Counts) {
+fn build_mesh(
+    plan: MeshPlan,
+    source: &Source,
+    smoothing: bool,
+    options: &LoadOptions,
+) -> (Mesh, Counts, Option<Cage>) {
     let built: Vec<(Builder, u32)> =
         plan.parts.par_iter().map(|part| (Builder::new(source, part).build(part), part.material)).collect();
+    let drawn = plan.parts.iter().zip(&built).filter(|(_, (builder, _))| !builder.mesh.indices.is_empty());
+    let drawn: Vec<&PartPlan> = drawn.map(|(part, _)| part).collect();
+    let cage = options.keep_polygons.then(|| polygons::cage(&drawn, source));
     let mut counts = Counts::default();
     let (mut meshes, mut groups, mut materials) = (Vec::new(), Vec::new(), Vec::new());
     for (builder, material) in built.into_iter().filter(|(b, _)| !b.mesh.indices.is_empty()) {
@@ -230,7 +244,7 @@ fn build_mesh(plan: MeshPlan, source: &Source, smoothing: bool, options: &LoadOp
     normals::generate_grouped(&mut meshes, options.crease_angle, &groups);
     let parts = meshes.into_iter().zip(materials);
     let parts = parts.map(|(mesh, material)| Part { shape: Shape::Triangles(mesh), material }).collect();
-    (Mesh { name: plan.name, parts }, counts)
+    (Mesh { name: plan.name, parts }, counts, cage)
 }
 
 /// The end of a list of vertices.
@@ -373,7 +387,7 @@ impl<'a> Builder<'a> {
 }
 
 impl PartPlan {
-    fn corners<'a>(&'a self, data: &'a Data) -> impl Iterator<Item = &'a Corner> {
+    pub(super) fn corners<'a>(&'a self, data: &'a Data) -> impl Iterator<Item = &'a Corner> {
         self.runs.iter().flat_map(|run| {
             let faces = &data.chunks[run.chunk as usize];
             run.faces.clone().flat_map(|face| faces.face(face))

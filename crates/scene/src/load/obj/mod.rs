@@ -33,6 +33,7 @@ mod images;
 mod material;
 pub mod mtl;
 mod parse;
+mod polygons;
 mod text;
 mod textures;
 
@@ -41,6 +42,7 @@ pub use material::{interpret, roughness_from_exponent};
 use super::session::TRIANGLE;
 use super::textures::find_file;
 use super::{LoadError, LoadOptions, Loaded};
+use crate::subdivision::Refinement;
 use crate::{Instance, LoadReport, Material, Scene, Shape};
 use build::Built;
 use glam::Affine3A;
@@ -106,6 +108,7 @@ fn load_from(
     let libraries = Libraries::read(path, folder, &data, options, &mut report);
     add_materials(&built, &libraries, folder, options, &mut scene, &mut report);
     scene.meshes = built.meshes;
+    scene.refinements = built.cages.into_iter().map(|(mesh, cage)| Refinement::new(mesh, cage)).collect();
     let instances = scene.meshes.iter().enumerate();
     scene.instances =
         instances.map(|(i, mesh)| Instance::new(mesh.name.as_str(), i as u32, Affine3A::IDENTITY)).collect();

@@ -4,12 +4,33 @@ use super::parameters::Parameters;
 use super::{Builder, MAX_INSTANCES, PlacedShape};
 use crate::load::ply;
 use crate::load::session::{TRIANGLE, instance};
-use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh};
-use elementary::sin_cos;
+use crate::subdivision::{Displacement, DisplacementSpace, Rate, Refinement, Scheme};
+use crate::{Instance, LoadError, Mesh, Shape, Sphere, TextureRef, TriangleMesh};
+use elementary::{cbrt, sin_cos};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 /// Corners of a disk.
 const DISK_CORNERS: u32 = 96;
+
+/// How a shape is subdivided.
+struct Surface {
+    scheme: Scheme,
+    rate: Rate,
+    /// Displaces it along its normals, metres.
+    heights: Option<TextureRef>,
+}
+
+impl Surface {
+    fn of(self, mut refinement: Refinement) -> Refinement {
+        (refinement.scheme, refinement.rate) = (self.scheme, self.rate);
+        // pbrt's borders are smooth all around.
+        refinement.cage.round_corners = true;
+        let space = DisplacementSpace::Normal;
+        let displacement = |texture| Displacement { texture, scale: 1.0, midlevel: 0.0, space };
+        refinement.displacement = self.heights.map(displacement);
+        refinement
+    }
+}
 
 impl Builder<'_> {
     pub(super) fn add_shape(&mut self, kind: &str, p: &Parameters) -> Result<(), LoadError> {
@@ -17,12 +38,16 @@ impl Builder<'_> {
             self.report.ignored(format!("{}: the shape's alpha {alpha} is taken as 1", p.place));
         }
         let mut anchor = DVec3::ZERO;
+        let mut refine = None;
         let shape = match kind {
             "trianglemesh" | "loopsubdiv" => {
                 if kind == "loopsubdiv" {
-                    let _ = p.number("levels");
-                    self.report
-                        .approximated(format!("{}: subdivision surfaces are drawn as their cage", p.place));
+                    let levels = p.number_or("levels", 3.0).clamp(0.0, Rate::MOST_LEVELS as f32);
+                    refine = Some(Surface {
+                        scheme: Scheme::Loop,
+                        rate: Rate::Levels(levels as u32),
+                        heights: None,
+                    });
                 }
                 Some(Shape::Triangles(self.triangle_mesh(p)?))
             }
@@ -30,6 +55,7 @@ impl Builder<'_> {
             "plymesh" => match self.ply_mesh(p)? {
                 Some((mesh, own)) => {
                     anchor = own;
+                    refine = self.displaced(p);
                     Some(Shape::Triangles(mesh))
                 }
                 None => None,
@@ -63,6 +89,10 @@ impl Builder<'_> {
         let mut stored = Mesh::single(name.clone(), shape, material);
         let own = stored.anchor();
         stored.subtract(own);
+        if let Some(surface) = refine {
+            let refinement = Refinement::of_mesh(mesh, &stored, false);
+            self.scene.refinements.extend(refinement.map(|refinement| surface.of(refinement)));
+        }
         self.scene.meshes.push(stored);
         // Texture coordinates of pbrt's spheres go around z from x to y, ours around y from z to x.
         let axes = if is_sphere { DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X) } else { DMat3::IDENTITY };
@@ -90,6 +120,19 @@ impl Builder<'_> {
         self.ends.push(self.state.moves().then(|| self.mirror * self.state.end * *anchor));
         self.scene.instances.push(Instance::new(name, mesh, Affine3A::IDENTITY));
         Ok(())
+    }
+
+    /// The displacement of a mesh along its normals, if it has one. Edges are as short as `edgelength` in the world.
+    fn displaced(&mut self, p: &Parameters) -> Option<Surface> {
+        let length = p.number_or("edgelength", 1.0);
+        p.texture("displacement")?;
+        let heights = self.value(p, "displacement", Vec3::ZERO);
+        let heights = self.graph_of(heights)?;
+        let volume = self.state.transform.matrix3.determinant().abs();
+        let unit = if volume > 0.0 { cbrt(volume) as f32 } else { 1.0 };
+        let most = if length > 0.0 { length / unit } else { 1.0 };
+        let rate = Rate::Length { most, levels: Rate::USUAL_LEVELS };
+        Some(Surface { scheme: Scheme::Linear, rate, heights: Some(heights) })
     }
 
     fn triangle_mesh(&mut self, p: &Parameters) -> Result<TriangleMesh, LoadError> {
@@ -157,9 +200,6 @@ impl Builder<'_> {
         let Some(name) = p.text("filename") else {
             return Err(self.parser.error(&p.place, "plymesh has no filename"));
         };
-        if p.texture("displacement").is_some() || p.number("edgelength").is_some() {
-            self.report.ignored(format!("{}: displacement is not rendered", p.place));
-        }
         let path = self.parser.resolve(&p.place, name);
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
             self.report.ignored(format!("{}: {name} is compressed by gzip, which is not read", p.place));

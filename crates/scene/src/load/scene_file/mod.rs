@@ -20,6 +20,7 @@ mod parameters;
 mod placement;
 mod repeat;
 mod shapes;
+mod subdivision;
 mod template;
 mod textures;
 mod values;

@@ -4,12 +4,13 @@ use super::document::{Context, Entry};
 use super::inclusion::canonical;
 use super::objects::Object;
 use super::placement::{View, move_media};
+use super::subdivision::SurfaceKeys;
 use super::template::Template;
 use super::values::positive;
 use super::{Builder, Value, load_included};
 use crate::animation::KeyedObject;
 use crate::load::session::{instance, light};
-use crate::load::{LoadError, Loaded};
+use crate::load::{LoadError, LoadOptions, Loaded};
 use crate::origin::double;
 use crate::{Animation, Environment, Group, Instance, MaterialId, Scene};
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
@@ -49,15 +50,16 @@ impl Builder<'_> {
         let context = entry.context();
         let Some(object) = self.take_object(&mut entry)? else { return Ok(()) };
         let replacement = self.take_material(&mut entry)?;
+        let surface = SurfaceKeys::take(&mut entry)?;
         let keys: ModelKeys = entry.read()?;
         if keys.file.is_empty() {
             return Err(context.error("`file` is empty"));
         }
         let path = self.place.folder.join(&keys.file);
-        let key = cache_key(&path, &keys);
+        let key = cache_key(&path, &keys, &surface);
         let template = match self.models.remove(&key) {
             Some(known) => known,
-            None => self.include(&path, &keys, &context)?,
+            None => self.include(&path, &keys, &surface, &context)?,
         };
         let result = self.place_model(&object, &template, &keys, replacement, &context);
         self.models.insert(key, template);
@@ -65,9 +67,21 @@ impl Builder<'_> {
     }
 
     /// Loads a file and puts its meshes and materials into the scene, but none of its objects.
-    fn include(&mut self, path: &Path, keys: &ModelKeys, context: &Context) -> Result<Template, LoadError> {
+    fn include(
+        &mut self,
+        path: &Path,
+        keys: &ModelKeys,
+        surface: &SurfaceKeys,
+        context: &Context,
+    ) -> Result<Template, LoadError> {
+        let options = LoadOptions { keep_polygons: !surface.is_empty(), ..self.options.clone() };
         let Loaded { mut scene, report } =
-            load_included(path, &keys.parameters, self.place, self.options, self.budget, context)?;
+            load_included(path, &keys.parameters, self.place, &options, self.budget, context)?;
+        if !surface.is_empty() {
+            for mesh in 0..scene.meshes.len() {
+                surface.refine(&mut scene, mesh as u32, false, context)?;
+            }
+        }
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         self.report.absorb(&name, report);
         if !keys.cameras {
@@ -92,7 +106,9 @@ impl Builder<'_> {
         if !std::mem::take(&mut scene.portals).is_empty() {
             self.report.info(format!("{name} has portals, which count only where it is rendered by itself"));
         }
+        let first = self.scene.refinements.len();
         let merged = self.scene.merge(scene);
+        self.displace(surface, first, context)?;
         self.take_environment(environment, merged.images.start as u32, &name);
         let instances = self.scene.instances.split_off(merged.instances.start);
         let lights = self.scene.lights.split_off(merged.lights.start);
@@ -297,8 +313,8 @@ fn own_materials(scene: &Scene, instance: &Instance) -> Vec<MaterialId> {
 }
 
 /// Models that are equal in everything that loading depends on are loaded once.
-fn cache_key(path: &Path, keys: &ModelKeys) -> PathBuf {
+fn cache_key(path: &Path, keys: &ModelKeys, surface: &SurfaceKeys) -> PathBuf {
     let mut key = canonical(path).into_os_string();
-    key.push(format!("\0{}{}{:?}", keys.lights, keys.cameras, keys.parameters));
+    key.push(format!("\0{}{}{:?}{surface:?}", keys.lights, keys.cameras, keys.parameters));
     key.into()
 }

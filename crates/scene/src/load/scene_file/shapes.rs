@@ -5,6 +5,7 @@ use super::document::{Context, Entry};
 use super::inclusion::MAX_TRIANGLES;
 use super::objects::Object;
 use super::repeat::{Copy, Palette, Ramp};
+use super::subdivision::SurfaceKeys;
 use super::values::{positive, within};
 use crate::animation::KeyedObject;
 use crate::load::LoadError;
@@ -53,6 +54,7 @@ impl Builder<'_> {
         let material = self.take_material(&mut entry)?.unwrap_or_else(|| self.neutral_material());
         let vary = entry.take_table("vary").map(|table| table.read::<Vary>()).transpose()?;
         let flat: Flat = entry.split(&["flat"]).read()?;
+        let surface = SurfaceKeys::take(&mut entry)?;
         let (mut shape, anchor) = read_shape(&kind, entry, &context)?;
         let anchor = DAffine3::from_translation(anchor);
         if let (true, Shape::Triangles(mesh)) = (flat.flat, &mut shape) {
@@ -61,6 +63,7 @@ impl Builder<'_> {
         let mesh = Mesh::single(object.name.clone().unwrap_or_else(|| kind.clone()), shape, material);
         self.spend_triangles(mesh.triangle_count(), &context)?;
         self.scene.meshes.push(mesh);
+        self.refine_shape(&surface, &context)?;
         self.place(&object, &kind, &anchor, vary.as_ref(), material, &context)
     }
 

@@ -14,10 +14,30 @@ pub(crate) use budget::Budget;
 pub(crate) use cost::{FLOAT_PIXEL, MATERIAL, PIXEL, TRIANGLE, instance, light};
 
 use super::{LoadError, LoadOptions, Loaded};
+use crate::subdivision::{RefineError, Subdivided};
 use confinement::Confinement;
 use listing::Listings;
 use std::path::Path;
 use std::sync::Arc;
+
+/// Subdivides the meshes of a scene that was loaded.
+fn refine(loaded: &mut Loaded, named: &Path, options: &LoadOptions) -> Result<(), LoadError> {
+    const USUAL_HEIGHT: u32 = 720;
+    let height = options.picture_height.or(loaded.scene.defaults.height).unwrap_or(USUAL_HEIGHT);
+    let take = |bytes: u64| options.budget().take(bytes, "subdivided meshes");
+    let done = loaded.scene.refine_within(height, &mut loaded.report, take);
+    let done = done.map_err(|error| match error {
+        RefineError::Refused(error) => error,
+        RefineError::TooMany(mesh, error) => {
+            LoadError::malformed(named, format!("mesh {mesh}"), error.to_string())
+        }
+    })?;
+    if done.meshes > 0 {
+        let Subdivided { meshes, triangles } = done;
+        loaded.report.info(format!("{meshes} meshes were subdivided to {triangles} triangles"));
+    }
+    Ok(())
+}
 
 /// The state of one call of a loader. [`Default`] before it begins; loaders fill it in.
 #[derive(Clone, Debug, Default)]
@@ -70,6 +90,7 @@ impl LoadOptions {
             let mut loaded = load(options)?;
             if outermost {
                 let budget = options.budget();
+                refine(&mut loaded, named, options)?;
                 let several = loaded.scene.complete_tangents_within(|triangles| {
                     budget.take((triangles as u64).saturating_mul(cost::TANGENTS), "tangents")
                 })?;
