@@ -5,12 +5,14 @@
 
 pub mod apt;
 mod lanes;
+mod plain_shaders;
 mod probe;
 mod unpacked;
 
 pub use probe::print_devices;
 
 use crate::shell::target_dir;
+use anyhow::ensure;
 use probe::{Device, devices};
 use std::path::PathBuf;
 
@@ -110,9 +112,25 @@ fn tracing_device(variables: &Variables) -> anyhow::Result<Device> {
     })
 }
 
+/// The variables of [`plain_shaders::variables`], if the device is found with them as it is without.
+fn plain_shaders(device: &Device, variables: &Variables) -> anyhow::Result<Variables> {
+    let more = plain_shaders::variables(device, variables)?;
+    if !more.is_empty() {
+        let mut all = variables.clone();
+        crate::test::merge(&mut all, more.clone());
+        let found = tracing_device(&all)?;
+        ensure!(found == *device, "{} is not {}", found.name, device.name);
+    }
+    Ok(more)
+}
+
 impl Vulkan {
     /// A device that is found with these variables.
     fn ready(device: &Device, mut variables: Variables) -> Self {
+        match plain_shaders(device, &variables) {
+            Ok(more) => crate::test::merge(&mut variables, more),
+            Err(error) => eprintln!("shaders compile slowly: {error:#}"),
+        }
         match lanes::four_lanes() {
             Ok(more) => variables.extend(more),
             Err(error) => eprintln!("shaders are compiled for as many lanes as there are: {error:#}"),
