@@ -1,13 +1,13 @@
 //! The real driver, and the entry points through which the Vulkan loader talks to it.
 
 use crate::llvm::{Llvm, Passes};
-use std::ffi::{CStr, CString, c_char, c_void};
+use std::ffi::{CStr, CString, OsStr, c_char, c_void};
 use std::mem::{MaybeUninit, transmute};
-use std::os::unix::ffi::OsStringExt;
+use std::os::unix::ffi::OsStrExt;
 use std::sync::OnceLock;
 
 /// The environment variable that names the real driver: a path, or a name that the dynamic linker finds.
-const PATH: &str = "ALHAZEN_LAVAPIPE";
+pub const PATH: &str = "ALHAZEN_LAVAPIPE";
 
 /// What Vulkan says when a driver cannot be used: `VK_ERROR_INITIALIZATION_FAILED`.
 const FAILED: i32 = -3;
@@ -34,19 +34,7 @@ pub fn real() -> Option<&'static Real> {
 
 fn load() -> Option<Real> {
     offer_symbols()?;
-    let path = CString::new(std::env::var_os(PATH)?.into_vec()).ok()?;
-    // SAFETY: the text ends with a zero. Loading a library runs its initialisers, as the Vulkan loader does with drivers.
-    let library = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW | libc::RTLD_LOCAL) };
-    if library.is_null() {
-        eprintln!("{PATH}={}: cannot be loaded", path.to_string_lossy());
-        return None;
-    }
-    // What the driver is linked to is searched, too.
-    let symbol = |name: &CStr| {
-        // SAFETY: the library stays open; the text ends with a zero.
-        let address = unsafe { libc::dlsym(library, name.as_ptr()) };
-        (!address.is_null()).then_some(address)
-    };
+    let symbol = open(&std::env::var_os(PATH)?)?;
     // SAFETY: the loader's interface for drivers (LoaderDriverInterface.md) gives these functions these types.
     let (negotiate, instance_function, device_function) = unsafe {
         (
@@ -58,7 +46,23 @@ fn load() -> Option<Real> {
     let run_passes = symbol(c"LLVMRunPasses");
     // SAFETY: llvm-c/Transforms/PassBuilder.h gives it this type.
     let run_passes = run_passes.map(|address| unsafe { transmute::<*mut c_void, Passes>(address) });
-    Some(Real { negotiate, instance_function, device_function, llvm: Llvm::find(symbol), run_passes })
+    Some(Real { negotiate, instance_function, device_function, llvm: Llvm::find(&symbol), run_passes })
+}
+
+/// Loads a driver; what finds its symbols and those of what it is linked to.
+pub fn open(path: &OsStr) -> Option<impl Fn(&CStr) -> Option<*mut c_void> + use<>> {
+    let path = CString::new(path.as_bytes()).ok()?;
+    // SAFETY: the text ends with a zero. Loading a library runs its initialisers, as the Vulkan loader does with drivers.
+    let library = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW | libc::RTLD_LOCAL) };
+    if library.is_null() {
+        eprintln!("{PATH}={}: cannot be loaded", path.to_string_lossy());
+        return None;
+    }
+    Some(move |name: &CStr| {
+        // SAFETY: the library stays open; the text ends with a zero.
+        let address = unsafe { libc::dlsym(library, name.as_ptr()) };
+        (!address.is_null()).then_some(address)
+    })
 }
 
 /// Lets libraries that are loaded from now on find the symbols of this one before those of what they are linked to.

@@ -15,6 +15,8 @@
 mod driver;
 mod llvm;
 mod straight;
+#[cfg(test)]
+mod tests;
 
 use llvm::{Module, Options, TargetMachine};
 use std::cell::Cell;
