@@ -73,18 +73,31 @@ pub fn prepare() -> Vulkan {
     }
 }
 
-fn find_or_set_up() -> anyhow::Result<Vulkan> {
+/// The variables for the driver that is there; none where none traces rays. Sets up nothing.
+pub fn present() -> Variables {
+    find().map_or_else(|_| Variables::new(), |vulkan| vulkan.variables)
+}
+
+/// The driver of the machine, or else one that was unpacked beside the build.
+fn find() -> anyhow::Result<Vulkan> {
     let present = Variables::new();
     let absence = match tracing_device(&present) {
         Ok(device) => return Ok(Vulkan::ready(&device, present)),
         Err(absence) => absence,
     };
-    let folder = target_dir()?.join("software-vulkan");
-    if let Some(variables) = unpacked::variables(&folder)
-        && let Ok(device) = tracing_device(&variables)
-    {
-        return Ok(Vulkan::ready(&device, variables));
+    let variables = unpacked::variables(&target_dir()?.join("software-vulkan"));
+    match variables.map(|variables| (tracing_device(&variables), variables)) {
+        Some((Ok(device), variables)) => Ok(Vulkan::ready(&device, variables)),
+        _ => Err(absence),
     }
+}
+
+fn find_or_set_up() -> anyhow::Result<Vulkan> {
+    let absence = match find() {
+        Ok(vulkan) => return Ok(vulkan),
+        Err(absence) => absence,
+    };
+    let (present, folder) = (Variables::new(), target_dir()?.join("software-vulkan"));
     eprintln!("{absence}: setting up Mesa's software driver");
     if apt::may_install() {
         match apt::install().and_then(|()| tracing_device(&present)) {
