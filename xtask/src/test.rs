@@ -15,7 +15,8 @@ use std::time::{Duration, Instant};
 ///
 /// GPU tests run on the Vulkan driver that the machine has, if it has ray tracing pipelines. Else Mesa's software driver
 /// is set up: installed with apt by root on Debian (on Debian 12 from its backports, which are added to apt's sources),
-/// otherwise unpacked beside the build. Where neither works those tests say that they are skipped.
+/// otherwise unpacked beside the build. Where neither works those tests say that they are skipped. That driver is used by way
+/// of the crate `lavapipe`, with which shaders compile in seconds; those that did not change are in `target` from the last time.
 ///
 /// Without more arguments test programs run side by side, and the last lines name those that took longest.
 ///

@@ -6,7 +6,8 @@ use std::mem::{MaybeUninit, transmute};
 use std::os::unix::ffi::OsStrExt;
 use std::sync::OnceLock;
 
-/// The environment variable that names the real driver: a path, or a name that the dynamic linker finds.
+/// The environment variable that names the real driver: a path, or a name that the dynamic linker
+/// finds.
 pub const PATH: &str = "ALHAZEN_LAVAPIPE";
 
 /// What Vulkan says when a driver cannot be used: `VK_ERROR_INITIALIZATION_FAILED`.
@@ -35,7 +36,8 @@ pub fn real() -> Option<&'static Real> {
 fn load() -> Option<Real> {
     offer_symbols()?;
     let symbol = open(&std::env::var_os(PATH)?)?;
-    // SAFETY: the loader's interface for drivers (LoaderDriverInterface.md) gives these functions these types.
+    // SAFETY: the loader's interface for drivers (LoaderDriverInterface.md) gives these functions
+    // these types.
     let (negotiate, instance_function, device_function) = unsafe {
         (
             transmute::<*mut c_void, Negotiate>(symbol(c"vk_icdNegotiateLoaderICDInterfaceVersion")?),
@@ -52,7 +54,8 @@ fn load() -> Option<Real> {
 /// Loads a driver; what finds its symbols and those of what it is linked to.
 pub fn open(path: &OsStr) -> Option<impl Fn(&CStr) -> Option<*mut c_void> + use<>> {
     let path = CString::new(path.as_bytes()).ok()?;
-    // SAFETY: the text ends with a zero. Loading a library runs its initialisers, as the Vulkan loader does with drivers.
+    // SAFETY: the text ends with a zero. Loading a library runs its initialisers, as the Vulkan
+    // loader does with drivers.
     let library = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW | libc::RTLD_LOCAL) };
     if library.is_null() {
         eprintln!("{PATH}={}: cannot be loaded", path.to_string_lossy());
@@ -65,7 +68,8 @@ pub fn open(path: &OsStr) -> Option<impl Fn(&CStr) -> Option<*mut c_void> + use<
     })
 }
 
-/// Lets libraries that are loaded from now on find the symbols of this one before those of what they are linked to.
+/// Lets libraries that are loaded from now on find the symbols of this one before those of what
+/// they are linked to.
 fn offer_symbols() -> Option<()> {
     let mut own = MaybeUninit::<libc::Dl_info>::zeroed();
     // SAFETY: the address is one of this library, and there is room for what is known of it.
@@ -94,7 +98,8 @@ pub unsafe extern "C" fn vk_icdNegotiateLoaderICDInterfaceVersion(version: *mut 
 /// A function of Vulkan by its name.
 ///
 /// # Safety
-/// As the loader's interface for drivers says: `instance` is the driver's or null, `name` ends with a zero.
+/// As the loader's interface for drivers says: `instance` is the driver's or null, `name` ends with
+/// a zero.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vk_icdGetInstanceProcAddr(
     instance: *mut c_void,

@@ -1,14 +1,17 @@
-//! Mesa's software Vulkan driver (lavapipe) for tests: the same driver, with shaders that compile in seconds.
+//! Mesa's software Vulkan driver (lavapipe) for tests: the same driver, with shaders that compile
+//! in seconds.
 //!
-//! Mesa makes a coroutine of every compute shader, so that invocations can wait at barriers. To lower a coroutine, LLVM 15
-//! computes the dominator tree of the whole shader anew for each of its variables: 203 s of the 216 s that it takes to compile a
-//! path tracer with texture graphs (44 725 blocks, 6 447 variables; Mesa 25.0.7, `GALLIVM_PERF=nopt`). Most shaders have
-//! no barrier. This library stands between the driver and LLVM and makes plain functions of those ([`straight`]), which takes
-//! a second.
+//! Mesa makes a coroutine of every compute shader, so that invocations can wait at barriers. To
+//! lower one, LLVM 15 computes the dominator tree of the whole shader again and again: 203 s of the
+//! 216 s of a test that compiles a path tracer with texture graphs (44 725 blocks, 6 447 variables;
+//! Mesa 25.0.7 with `GALLIVM_PERF=nopt`, EPYC, 2026-11-29). Most shaders have no barrier. This
+//! library stands between the driver and LLVM and makes plain functions of those (`straight.rs`);
+//! the whole test then takes 15 s.
 //!
-//! It is a Vulkan driver that passes on to the real one ([`driver`]); a manifest that `cargo xtask test` writes names it in
-//! lavapipe's place. The driver calls LLVM by its C interface, of which this library has one function of its own,
-//! [`LLVMRunPasses`]. A driver that does not call it is not changed.
+//! It is a Vulkan driver that passes on to the real one (`driver.rs`); a manifest that `cargo xtask
+//! test` writes names it in lavapipe's place. The driver calls LLVM by its C interface, of which
+//! this library has one function of its own, [`LLVMRunPasses`]. A driver that does not call it is
+//! not changed.
 
 #![cfg(target_os = "linux")]
 
@@ -34,15 +37,17 @@ const LOWERING: &CStr = c"default<O0>";
 const PROMOTION: &CStr = c"mem2reg";
 
 thread_local! {
-    /// The module on which the passes of [`LOWERING`] ran last in this thread, if its functions are plain ones now.
+    /// The module on which the passes of [`LOWERING`] ran last in this thread, if its functions are
+    /// plain ones now.
     static STRAIGHT: Cell<Module> = const { Cell::new(Module(null_mut())) };
 }
 
-/// LLVM's function of this name, which the driver calls. Modules whose shaders need not stop are made plain functions before they
-/// are lowered.
+/// LLVM's function of this name, which the driver calls. Modules whose shaders need not stop are
+/// made plain functions before they are lowered.
 ///
-/// Of plain functions, variables stay on the stack if they would only be promoted: the quick code generator that follows puts
-/// nearly all values there again, and promotion takes longer than it (31 s and 8 s of the shader above).
+/// Of plain functions, variables stay on the stack if they would only be promoted: the quick code
+/// generator that follows puts nearly all values there again, and promotion takes longer than it
+/// (31 s and 8 s of the shader above).
 ///
 /// # Safety
 /// That of LLVM's function: `module`, `target` and `options` are LLVM's, `passes` ends with a zero.

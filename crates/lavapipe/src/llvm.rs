@@ -23,6 +23,9 @@ pub struct Block(pub *mut c_void);
 #[derive(Clone, Copy, PartialEq)]
 pub struct Type(pub *mut c_void);
 
+/// `LLVMIntegerTypeKind`: the kind of all types of integers.
+pub const INTEGER: c_uint = 8;
+
 /// `LLVMTargetMachineRef`.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
@@ -84,6 +87,7 @@ functions! {
     integer: LLVMConstIntGetZExtValue(Value) -> u64;
     constant: LLVMConstInt(Type, u64, i32) -> Value;
     type_of: LLVMTypeOf(Value) -> Type;
+    type_kind: LLVMGetTypeKind(Type) -> c_uint;
     replace: LLVMReplaceAllUsesWith(Value, Value);
     erase: LLVMInstructionEraseFromParent(Value);
     attribute_kind: LLVMGetEnumAttributeKindForName(*const c_char, usize) -> c_uint;

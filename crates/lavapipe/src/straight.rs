@@ -1,8 +1,9 @@
 //! Coroutines that never wait become plain functions.
 //!
-//! Mesa's shader (`cs_co_variant`, lp_state_cs.c) is a coroutine with a point to suspend at for each barrier, and one at the
-//! end, the final one. `cs_variant` starts one for each subgroup of a workgroup, and resumes all of them, again and again, until
-//! they are done. Without barriers the first call is all there is to it, so what asks about coroutines has fixed answers:
+//! Mesa's shader (`cs_co_variant`, lp_state_cs.c) is a coroutine with a point to suspend at for
+//! each barrier, and one at the end, the final one. `cs_variant` starts one for each subgroup of a
+//! workgroup, and resumes all of them, again and again, until they are done. Without barriers the
+//! first call is all there is to it, so what asks about coroutines has fixed answers:
 //!
 //! | call | answer |
 //! |---|---|
@@ -13,7 +14,7 @@
 //! | `coro.done(handle)` | yes |
 //! | `coro.id`, `coro.resume`, `coro.destroy` | none |
 
-use crate::llvm::{Llvm, Module, Value};
+use crate::llvm::{INTEGER, Llvm, Module, Value};
 use std::ffi::CStr;
 
 /// What the names of LLVM's functions about coroutines begin with.
@@ -70,8 +71,8 @@ struct Call {
     caller: Value,
 }
 
-/// Makes plain functions of the coroutines of a module if none of them waits but at its end. Returns whether it did; else
-/// nothing is changed.
+/// Makes plain functions of the coroutines of a module if none of them waits but at its end.
+/// Returns whether it did; else nothing is changed.
 ///
 /// # Safety
 /// The module is LLVM's, valid, and nobody else uses it meanwhile.
@@ -144,13 +145,17 @@ unsafe fn called_name<'a>(llvm: &Llvm, instruction: Value) -> Option<&'a [u8]> {
 /// # Safety
 /// The instruction is valid.
 unsafe fn has_answer(llvm: &Llvm, call: &Call) -> bool {
+    // SAFETY: the instruction is valid.
+    let is_integer = || unsafe { (llvm.type_kind)((llvm.type_of)(call.instruction)) == INTEGER };
     match call.kind {
         None => false,
         // SAFETY: `coro.suspend` has two arguments; the number is asked of constants only.
         Some(Kind::Suspend) => unsafe {
             let is_final = (llvm.operand)(call.instruction, 1);
-            !(llvm.as_integer)(is_final).0.is_null() && (llvm.integer)(is_final) != 0
+            is_integer() && !(llvm.as_integer)(is_final).0.is_null() && (llvm.integer)(is_final) != 0
         },
+        // Later versions of LLVM may want something else to be returned.
+        Some(Kind::Size | Kind::End | Kind::Done) => is_integer(),
         Some(_) => true,
     }
 }

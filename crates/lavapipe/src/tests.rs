@@ -7,7 +7,8 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::mem::transmute;
 use std::ptr::null_mut;
 
-/// A shader with a point to suspend at, final or not, and who runs it; as `generate_compute` of lp_state_cs.c makes them.
+/// A shader with a point to suspend at, final or not, and who runs it; as `generate_compute` of
+/// lp_state_cs.c makes them.
 fn shader(is_final: bool) -> String {
     format!(
         "
@@ -60,7 +61,8 @@ impl Tools {
             testkit::skip_without_gpu(test, &format!("{PATH} names no driver"));
             return None;
         };
-        // SAFETY: llvm-c/Core.h and llvm-c/IRReader.h give the functions of these names these types.
+        // SAFETY: llvm-c/Core.h and llvm-c/IRReader.h give the functions of these names these
+        // types.
         unsafe {
             Some(Self {
                 llvm: Llvm::find(&symbol).expect("a function is missing"),
@@ -76,7 +78,8 @@ impl Tools {
     fn straighten(&self, text: &str) -> (bool, [String; 2]) {
         let text = CString::new(text).expect("no zeros");
         let (mut module, mut error) = (Module(null_mut()), null_mut());
-        // SAFETY: the text lives until it is copied; what LLVM makes of it is used by this thread only, and not freed.
+        // SAFETY: the text lives until it is copied; what LLVM makes of it is used by this thread
+        // only, and not freed.
         unsafe {
             let buffer = (self.buffer)(text.as_ptr(), text.count_bytes(), c"shader".as_ptr());
             let failed = (self.parse)((self.context)(), buffer, &mut module, &mut error);

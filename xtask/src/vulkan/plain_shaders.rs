@@ -1,7 +1,7 @@
 //! Mesa's software driver by way of the crate `lavapipe`, so that its shaders compile in seconds.
 //!
-//! Programs find a driver by its manifest. One is written beside the build that names the crate's library in the place of
-//! Mesa's, and a variable tells the library where that is.
+//! Programs find a driver by its manifest. One is written beside the build that names the crate's
+//! library in the place of Mesa's, and a variable tells the library where that is.
 
 use super::Variables;
 use super::probe::Device;
@@ -20,8 +20,8 @@ const FOLDERS: [&str; 3] = ["/etc/vulkan/icd.d", "/usr/local/share/vulkan/icd.d"
 /// The variable by which the library finds the real driver.
 const REAL: &str = "ALHAZEN_LAVAPIPE";
 
-/// The variables that put the library between programs and the driver that they find with `present`; none for other drivers
-/// than Mesa's and where there is no such library.
+/// The variables that put the library between programs and the driver that they find with
+/// `present`; none for other drivers than Mesa's and where there is no such library.
 ///
 /// # Errors
 /// The driver's library is not found, or the crate's cannot be built.
@@ -60,7 +60,8 @@ fn manifests(present: &Variables) -> Vec<PathBuf> {
     files.flatten().flatten().map(|entry| entry.path()).collect()
 }
 
-/// The library of Mesa's software driver that a manifest names: a path, or a name that the linker finds. `None` for others.
+/// The library of Mesa's software driver that a manifest names: a path, or a name that the linker
+/// finds. `None` for others.
 fn library(manifest: &Path) -> Option<String> {
     let text = std::fs::read_to_string(manifest).ok()?;
     let value: Value = serde_json::from_str(&text).ok()?;

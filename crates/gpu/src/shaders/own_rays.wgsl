@@ -1,5 +1,6 @@
-// Each invocation adds its rays to the device's counter. Where processor cores work off a workgroup, nothing is gained by
-// adding them up first, and a barrier would be dear: Mesa's software driver compiles for minutes what can stop in the middle.
+// Each invocation adds its rays to the device's counter. Where processor cores work off a
+// workgroup, nothing is gained by adding them up first, and a barrier would be dear: Mesa's
+// software driver compiles for minutes what can stop in the middle.
 
 #import film
 
