@@ -59,15 +59,15 @@ pub unsafe extern "C" fn LLVMRunPasses(
     options: Options,
 ) -> *mut c_void {
     // Who calls this was loaded by `driver`, so that its LLVM is known.
-    let Some((llvm, run)) = driver::real().and_then(|real| Some((real.llvm.as_ref()?, real.run_passes?)))
-    else {
+    let Some((real, run)) = driver::real().and_then(|real| Some((real, real.run_passes?))) else {
         return null_mut();
     };
     // SAFETY: the caller's text ends with a zero.
     let wanted = unsafe { CStr::from_ptr(passes) };
     if wanted == LOWERING {
         // SAFETY: the module is the caller's, whole, and used by this thread only.
-        let is_straight = unsafe { straight::straighten(llvm, module) };
+        let straighten = |llvm| unsafe { straight::straighten(llvm, module) };
+        let is_straight = real.llvm.as_ref().is_some_and(straighten);
         STRAIGHT.set(if is_straight { module } else { Module(null_mut()) });
     } else if STRAIGHT.replace(Module(null_mut())) == module && wanted == PROMOTION {
         return null_mut();
