@@ -44,13 +44,18 @@ fn shader(is_final: bool) -> String {
     )
 }
 
+type NewContext = unsafe extern "C" fn() -> *mut c_void;
+type NewBuffer = unsafe extern "C" fn(*const c_char, usize, *const c_char) -> *mut c_void;
+type Parse = unsafe extern "C" fn(*mut c_void, *mut c_void, *mut Module, *mut *mut c_char) -> i32;
+type Print = unsafe extern "C" fn(Module) -> *mut c_char;
+
 /// The driver's LLVM: its functions, how it reads a module, and how it writes one.
 struct Tools {
     llvm: Llvm,
-    context: unsafe extern "C" fn() -> *mut c_void,
-    buffer: unsafe extern "C" fn(*const c_char, usize, *const c_char) -> *mut c_void,
-    parse: unsafe extern "C" fn(*mut c_void, *mut c_void, *mut Module, *mut *mut c_char) -> i32,
-    print: unsafe extern "C" fn(Module) -> *mut c_char,
+    context: NewContext,
+    buffer: NewBuffer,
+    parse: Parse,
+    print: Print,
 }
 
 impl Tools {
@@ -61,15 +66,18 @@ impl Tools {
             testkit::skip_without_gpu(test, &format!("{PATH} names no driver"));
             return None;
         };
+        let symbol = |name: &CStr| Some(symbol(name).unwrap_or_else(|| panic!("{name:?} is missing")));
         // SAFETY: llvm-c/Core.h and llvm-c/IRReader.h give the functions of these names these
         // types.
         unsafe {
             Some(Self {
-                llvm: Llvm::find(&symbol).expect("a function is missing"),
-                context: transmute::<*mut c_void, _>(symbol(c"LLVMContextCreate")?),
-                buffer: transmute::<*mut c_void, _>(symbol(c"LLVMCreateMemoryBufferWithMemoryRangeCopy")?),
-                parse: transmute::<*mut c_void, _>(symbol(c"LLVMParseIRInContext")?),
-                print: transmute::<*mut c_void, _>(symbol(c"LLVMPrintModuleToString")?),
+                llvm: Llvm::find(symbol).expect("all were found"),
+                context: transmute::<*mut c_void, NewContext>(symbol(c"LLVMContextCreate")?),
+                buffer: transmute::<*mut c_void, NewBuffer>(symbol(
+                    c"LLVMCreateMemoryBufferWithMemoryRangeCopy",
+                )?),
+                parse: transmute::<*mut c_void, Parse>(symbol(c"LLVMParseIRInContext")?),
+                print: transmute::<*mut c_void, Print>(symbol(c"LLVMPrintModuleToString")?),
             })
         }
     }
