@@ -1,6 +1,7 @@
 //! `cargo xtask python`: builds the wheel, installs it into a fresh virtual environment and runs its tests there.
 
 use crate::shell::{output, root, run as run_command, target_dir};
+use crate::vulkan;
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -47,6 +48,8 @@ pub fn run(args: &PythonArgs) -> anyhow::Result<()> {
     // Not from the source folder, where `alhazen` would be the sources without the compiled part.
     pytest.args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider", "--rootdir"]).arg(&package);
     pytest.arg(package.join("tests")).args(&args.arguments).current_dir(folder()?);
+    // Kernels that tests of Rust compile, too, are compiled in the same way.
+    pytest.envs(vulkan::present());
     run_command(&mut pytest)
 }
 

@@ -6,7 +6,7 @@ use crate::{cluster_tools, display, vulkan};
 use anyhow::{Context, ensure};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Run all tests of the workspace.
 ///
@@ -15,7 +15,8 @@ use std::time::Instant;
 ///
 /// GPU tests run on the Vulkan driver that the machine has, if it has ray tracing pipelines. Else Mesa's software driver
 /// is set up: installed with apt by root on Debian (on Debian 12 from its backports, which are added to apt's sources),
-/// otherwise unpacked beside the build. Where neither works those tests say that they are skipped.
+/// otherwise unpacked beside the build. Where neither works those tests say that they are skipped. That driver is used by way
+/// of the crate `lavapipe`, with which shaders compile in seconds; those that did not change are in `target` from the last time.
 ///
 /// Without more arguments test programs run side by side, and the last lines name those that took longest.
 ///
@@ -108,7 +109,9 @@ pub fn run_tests(arguments: &[String], variables: &vulkan::Variables) -> anyhow:
     let (mut totals, mut skipped) = (Totals::default(), Vec::new());
     let mut passed = true;
     let arguments = if arguments.is_empty() {
-        let finished = test_programs::run(test_programs::build()?, variables, print_program)?;
+        let programs = test_programs::build()?;
+        let (building, running) = (start.elapsed(), Instant::now());
+        let finished = test_programs::run(programs, variables, print_program)?;
         for program in &finished {
             program.stdout.iter().for_each(|line| totals.add(line));
             skipped.extend(
@@ -116,6 +119,13 @@ pub fn run_tests(arguments: &[String], variables: &vulkan::Variables) -> anyhow:
             );
         }
         eprint!("{}", test_programs::slowest(&finished, SHOWN));
+        let work: Duration = finished.iter().filter_map(|program| program.worked).sum();
+        eprintln!(
+            "building took {} s, running {} s, in which cores worked {} s",
+            building.as_secs(),
+            running.elapsed().as_secs(),
+            work.as_secs()
+        );
         passed = finished.iter().all(|program| program.passed);
         &["--doc".to_owned()][..]
     } else {

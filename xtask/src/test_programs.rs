@@ -18,7 +18,7 @@ const LANES: usize = 2;
 
 /// Programs that take longest, the longest first. They start first, so that the others fill the time beside them.
 const LONGEST: [&str; 6] =
-    ["gpu lib", "alhazen gpu", "alhazen wavefront", "cli outputs", "cli view", "alhazen update"];
+    ["alhazen gpu", "gpu lib", "alhazen wavefront", "cli outputs", "cli view", "alhazen update"];
 
 /// A test program that cargo built.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +39,8 @@ pub struct Finished {
     pub passed: bool,
     /// From its start to its end.
     pub elapsed: Duration,
+    /// What processor cores worked for it and for programs that it ran, all together. `None` where nobody counts that.
+    pub worked: Option<Duration>,
     /// Lines of its standard output.
     pub stdout: Vec<String>,
     /// Lines of its error output.
@@ -158,10 +160,27 @@ impl Program {
             said.push(line);
         }
         let stderr = errors.join().map_err(|_| anyhow::anyhow!("cannot read the tests' errors"))?;
+        // It has closed its output, so it has done its work; once it is waited for, nothing is known of it.
+        let worked = work_of(child.id());
         let passed = child.wait()?.success();
         let name = self.name.clone();
-        Ok(Finished { name, passed, elapsed: start.elapsed(), stdout: said, stderr, tests })
+        Ok(Finished { name, passed, elapsed: start.elapsed(), worked, stdout: said, stderr, tests })
     }
+}
+
+/// What processor cores have worked for a process and for those of its children that have ended.
+fn work_of(process: u32) -> Option<Duration> {
+    work_in(&std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?)
+}
+
+/// The same, from what Linux says of a process: `utime`, `stime`, `cutime` and `cstime`, the 14th to 17th field (proc(5)), in
+/// hundredths of a second.
+fn work_in(stat: &str) -> Option<Duration> {
+    // The second field, a name in brackets, may hold spaces.
+    let (_, fields) = stat.rsplit_once(')')?;
+    let times = fields.split_whitespace().skip(11).take(4).map(str::parse);
+    let times = times.collect::<Result<Vec<u64>, _>>().ok().filter(|times| times.len() == 4)?;
+    Some(Duration::from_millis(10 * times.iter().sum::<u64>()))
 }
 
 fn lines(from: impl std::io::Read) -> Vec<String> {
@@ -175,10 +194,14 @@ fn ended_test(line: &str) -> Option<&str> {
     Some(name)
 }
 
-/// A table of the programs and the tests that took longest, in seconds.
+/// A table of the programs and the tests that took longest, in seconds. Of programs also what cores worked for them: on a machine
+/// that does other things, too, that says more.
 pub fn slowest(finished: &[Finished], count: usize) -> String {
-    let mut programs: Vec<(String, Duration)> =
-        finished.iter().map(|f| (f.name.clone(), f.elapsed)).collect();
+    let title = |f: &Finished| match f.worked {
+        Some(worked) => format!("{} ({:.1} s of work)", f.name, worked.as_secs_f64()),
+        None => f.name.clone(),
+    };
+    let mut programs: Vec<(String, Duration)> = finished.iter().map(|f| (title(f), f.elapsed)).collect();
     let of = |f: &Finished| f.tests.iter().map(|(t, d)| (format!("{} {t}", f.name), *d)).collect::<Vec<_>>();
     let mut tests: Vec<(String, Duration)> = finished.iter().flat_map(of).collect();
     let mut text = String::new();
@@ -260,11 +283,22 @@ mod tests {
     }
 
     #[test]
+    fn work_is_read_from_what_linux_says() {
+        let stat = "7 (a (b) c) S 1 2 3 4 5 6 7 8 9 10 150 25 1000 3 20 0";
+        assert_eq!(work_in(stat), Some(Duration::from_millis(11_780)));
+        assert_eq!(work_in("7 (a) S 1 2"), None);
+        if cfg!(target_os = "linux") {
+            assert!(work_of(std::process::id()).is_some());
+        }
+    }
+
+    #[test]
     fn the_slowest_come_first() {
         let one = |name: &str, seconds, tests: &[(&str, u64)]| Finished {
             name: name.into(),
             passed: true,
             elapsed: Duration::from_secs(seconds),
+            worked: (name == "b").then_some(Duration::from_millis(2500)),
             stdout: Vec::new(),
             stderr: Vec::new(),
             tests: tests.iter().map(|(t, s)| ((*t).into(), Duration::from_secs(*s))).collect(),
@@ -272,7 +306,7 @@ mod tests {
         let text = slowest(&[one("a", 1, &[("x", 1)]), one("b", 3, &[("y", 2), ("z", 0)])], 1);
         assert_eq!(
             text,
-            "programs that took longest:\n     3.0 s  b\ntests that took longest:\n     2.0 s  b y\n"
+            "programs that took longest:\n     3.0 s  b (2.5 s of work)\ntests that took longest:\n     2.0 s  b y\n"
         );
     }
 }

@@ -125,6 +125,8 @@ pub struct Gpu {
     pub limits: Limits,
     /// What it multiplies matrices with, if it can.
     pub(crate) matrix_units: Option<MatrixUnits>,
+    /// The module that counts rays: `group_rays`, or `own_rays` where that compiles faster.
+    pub(crate) ray_sum: &'static str,
     /// Compute pipelines by their entry point and text: a scene that is loaded again, or another one of the same kind, waits for no
     /// compiler.
     pub(crate) pipelines: Mutex<HashMap<String, wgpu::ComputePipeline>>,
@@ -226,7 +228,10 @@ impl Gpu {
         });
         let (pipelines, fault) = (Mutex::default(), options.fault.clone());
         let matrix_units = MatrixUnits::of(adapter, features);
-        let gpu = Self { device, queue, info, features, limits, matrix_units, pipelines, reports, fault };
+        // Counting among workgroups saves hardware its atomics; software drivers compile barriers for minutes.
+        let ray_sum = if info.device_type == DeviceType::Cpu { "own_rays" } else { "group_rays" };
+        let gpu =
+            Self { device, queue, info, features, limits, matrix_units, ray_sum, pipelines, reports, fault };
         Ok((gpu, adapter))
     }
 

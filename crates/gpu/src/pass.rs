@@ -112,7 +112,7 @@ impl Pass {
         Ok(Self {
             spec,
             title: format!("{renderer} {}{on}", spec.name),
-            linkage: linkage.clone(),
+            linkage: linkage.clone().bind("ray_sum", gpu.ray_sum),
             scene: scene.map(|s| SharedGroup { layout: s.layout.clone(), group: s.bind_group.clone() }),
             tracer: tracer.map(|t| SharedGroup { layout: t.layout().clone(), group: t.bind_group().clone() }),
             film,

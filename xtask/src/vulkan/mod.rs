@@ -5,12 +5,14 @@
 
 pub mod apt;
 mod lanes;
+mod plain_shaders;
 mod probe;
 mod unpacked;
 
 pub use probe::print_devices;
 
 use crate::shell::target_dir;
+use anyhow::ensure;
 use probe::{Device, devices};
 use std::path::PathBuf;
 
@@ -71,18 +73,31 @@ pub fn prepare() -> Vulkan {
     }
 }
 
-fn find_or_set_up() -> anyhow::Result<Vulkan> {
+/// The variables for the driver that is there; none where none traces rays. Sets up nothing.
+pub fn present() -> Variables {
+    find().map_or_else(|_| Variables::new(), |vulkan| vulkan.variables)
+}
+
+/// The driver of the machine, or else one that was unpacked beside the build.
+fn find() -> anyhow::Result<Vulkan> {
     let present = Variables::new();
     let absence = match tracing_device(&present) {
         Ok(device) => return Ok(Vulkan::ready(&device, present)),
         Err(absence) => absence,
     };
-    let folder = target_dir()?.join("software-vulkan");
-    if let Some(variables) = unpacked::variables(&folder)
-        && let Ok(device) = tracing_device(&variables)
-    {
-        return Ok(Vulkan::ready(&device, variables));
+    let variables = unpacked::variables(&target_dir()?.join("software-vulkan"));
+    match variables.map(|variables| (tracing_device(&variables), variables)) {
+        Some((Ok(device), variables)) => Ok(Vulkan::ready(&device, variables)),
+        _ => Err(absence),
     }
+}
+
+fn find_or_set_up() -> anyhow::Result<Vulkan> {
+    let absence = match find() {
+        Ok(vulkan) => return Ok(vulkan),
+        Err(absence) => absence,
+    };
+    let (present, folder) = (Variables::new(), target_dir()?.join("software-vulkan"));
     eprintln!("{absence}: setting up Mesa's software driver");
     if apt::may_install() {
         match apt::install().and_then(|()| tracing_device(&present)) {
@@ -110,9 +125,25 @@ fn tracing_device(variables: &Variables) -> anyhow::Result<Device> {
     })
 }
 
+/// The variables of [`plain_shaders::variables`], if the device is found with them as it is without.
+fn plain_shaders(device: &Device, variables: &Variables) -> anyhow::Result<Variables> {
+    let more = plain_shaders::variables(device, variables)?;
+    if !more.is_empty() {
+        let mut all = variables.clone();
+        crate::test::merge(&mut all, more.clone());
+        let found = tracing_device(&all)?;
+        ensure!(found == *device, "{} is not {}", found.name, device.name);
+    }
+    Ok(more)
+}
+
 impl Vulkan {
     /// A device that is found with these variables.
     fn ready(device: &Device, mut variables: Variables) -> Self {
+        match plain_shaders(device, &variables) {
+            Ok(more) => crate::test::merge(&mut variables, more),
+            Err(error) => eprintln!("shaders compile slowly: {error:#}"),
+        }
         match lanes::four_lanes() {
             Ok(more) => variables.extend(more),
             Err(error) => eprintln!("shaders are compiled for as many lanes as there are: {error:#}"),

@@ -22,6 +22,8 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
     ("question", &["rays_closest", "rays_closest_packet", "rays_any"]),
     // What `direct` does at first hits.
     ("first_hits", &["first_hits_recorded", "first_hits_ignored"]),
+    // How the rays of a dispatch are counted.
+    ("ray_sum", &["group_rays", "own_rays"]),
     // Whether shadow rays begin at the nodes of shafts.
     ("shafts", &["hybrid_no_shafts", "hybrid_shaft_rays"]),
 ];

@@ -1,9 +1,7 @@
 // The entry point of kernels that run in a compute shader: one invocation a pixel. What it calls, `render_pixel`, knows
 // nothing of how it was started.
 
-#import film, kernel, rays
-
-var<workgroup> group_rays: atomic<u32>;
+#import film, kernel, ray_sum, rays
 
 @compute @workgroup_size(8, 8)
 fn main(
@@ -12,10 +10,7 @@ fn main(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
 ) {
-    if local == 0u {
-        atomicStore(&group_rays, 0u);
-    }
-    workgroupBarrier();
+    begin_group_rays(local);
     rays_traced = 0u;
     // A workgroup is a square of the rows, or a run of portions.
     var index = id.y * view.window_width + id.x;
@@ -27,9 +22,5 @@ fn main(
     if wanted {
         render_pixel(pixel_work(index));
     }
-    atomicAdd(&group_rays, rays_traced);
-    workgroupBarrier();
-    if local == 0u {
-        count_rays(atomicLoad(&group_rays));
-    }
+    end_group_rays(local, rays_traced);
 }

@@ -1,6 +1,6 @@
 // The first hits by rays, where no rasteriser draws them.
 
-#import film, group_rays, hybrid_frame, hybrid_pixels, rays
+#import film, hybrid_frame, hybrid_pixels, ray_sum, rays
 
 @compute @workgroup_size(8, 8)
 fn camera_rays(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {

@@ -1,6 +1,6 @@
 // The end of a frame: its radiance goes to the film, and the number of its rays to the device's counter.
 
-#import film, group_rays, hybrid_frame, hybrid_pixels, surface, variant
+#import film, hybrid_frame, hybrid_pixels, ray_sum, surface, variant
 #import optics::constants
 
 @compute @workgroup_size(8, 8)

@@ -1,8 +1,8 @@
 // Paths from the first hits, each followed to its end: one sample of a pixel for each invocation, added to what the frame has
 // found there.
 
-#import film, group_rays, hybrid_frame, hybrid_pixels, lights, lights_found, material, path_vertex
-#import rays, realtime_first, realtime_found, realtime_frame, realtime_tiles, scattering, scene
+#import film, hybrid_frame, hybrid_pixels, lights, lights_found, material, path_vertex
+#import ray_sum, rays, realtime_first, realtime_found, realtime_frame, realtime_tiles, scattering, scene
 #import surface, texels
 #import optics::constants, optics::light_tree, optics::path, optics::random, optics::reservoir
 #import optics::signal, optics::vertex

@@ -117,6 +117,23 @@ impl Setup {
     }
 }
 
+/// What adds rays up among a workgroup, as hardware does, counts as many as what does not, as software drivers do: one for each
+/// sample of a kernel that looks at first hits.
+#[test]
+fn rays_are_counted_by_workgroups_and_by_invocations() {
+    let Some(mut setup) = Setup::new("rays_are_counted_by_workgroups_and_by_invocations", TracerKind::Bvh)
+    else {
+        return;
+    };
+    for module in ["group_rays", "own_rays"] {
+        setup.gpu.ray_sum = module;
+        let (scene, tracer) = (&setup.scene, &*setup.tracer);
+        let kernel = Megakernel::new(&setup.gpu, KernelKind::Aov, variant(1), scene, tracer);
+        let (_, rays) = setup.render(&mut kernel.expect("a kernel"), 1);
+        assert_eq!(rays, 7 * 17 * 13, "{module}");
+    }
+}
+
 fn variant(splitting: u32) -> Variant {
     Variant { sampler: view(splitting).sampler, splitting: splitting > 1, ..Variant::default() }
 }
