@@ -111,6 +111,15 @@ impl AdapterSummary {
     }
 }
 
+/// Abstract modules, each with the one that stands for it.
+pub(crate) type Sums = [(&'static str, &'static str); 2];
+
+/// Numbers are added up among a workgroup, and then once to what all share: that saves hardware its atomics.
+pub(crate) const SUMS_BY_GROUP: Sums = [("ray_sum", "group_rays"), ("handing", "wavefront_handing")];
+
+/// Each invocation adds to what all share. Software drivers compile barriers for minutes.
+pub(crate) const SUMS_BY_INVOCATION: Sums = [("ray_sum", "own_rays"), ("handing", "own_handing")];
+
 /// An open device.
 pub struct Gpu {
     /// The device.
@@ -125,8 +134,8 @@ pub struct Gpu {
     pub limits: Limits,
     /// What it multiplies matrices with, if it can.
     pub(crate) matrix_units: Option<MatrixUnits>,
-    /// The module that counts rays: `group_rays`, or `own_rays` where that compiles faster.
-    pub(crate) ray_sum: &'static str,
+    /// Which modules count rays and hand paths on: those that add up among a workgroup, or those that do without.
+    pub(crate) sums: Sums,
     /// Compute pipelines by their entry point and text: a scene that is loaded again, or another one of the same kind, waits for no
     /// compiler.
     pub(crate) pipelines: Mutex<HashMap<String, wgpu::ComputePipeline>>,
@@ -228,10 +237,9 @@ impl Gpu {
         });
         let (pipelines, fault) = (Mutex::default(), options.fault.clone());
         let matrix_units = MatrixUnits::of(adapter, features);
-        // Counting among workgroups saves hardware its atomics; software drivers compile barriers for minutes.
-        let ray_sum = if info.device_type == DeviceType::Cpu { "own_rays" } else { "group_rays" };
+        let sums = if info.device_type == DeviceType::Cpu { SUMS_BY_INVOCATION } else { SUMS_BY_GROUP };
         let gpu =
-            Self { device, queue, info, features, limits, matrix_units, ray_sum, pipelines, reports, fault };
+            Self { device, queue, info, features, limits, matrix_units, sums, pipelines, reports, fault };
         Ok((gpu, adapter))
     }
 

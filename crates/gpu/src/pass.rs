@@ -112,7 +112,10 @@ impl Pass {
         Ok(Self {
             spec,
             title: format!("{renderer} {}{on}", spec.name),
-            linkage: linkage.clone().bind("ray_sum", gpu.ray_sum),
+            linkage: gpu
+                .sums
+                .iter()
+                .fold(linkage.clone(), |linkage, (name, module)| linkage.bind(name, module)),
             scene: scene.map(|s| SharedGroup { layout: s.layout.clone(), group: s.bind_group.clone() }),
             tracer: tracer.map(|t| SharedGroup { layout: t.layout().clone(), group: t.bind_group().clone() }),
             film,

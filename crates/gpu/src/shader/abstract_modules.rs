@@ -24,6 +24,8 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
     ("first_hits", &["first_hits_recorded", "first_hits_ignored"]),
     // How the rays of a dispatch are counted.
     ("ray_sum", &["group_rays", "own_rays"]),
+    // How paths come to the queues of the next vertex.
+    ("handing", &["wavefront_handing", "own_handing"]),
     // Whether shadow rays begin at the nodes of shafts.
     ("shafts", &["hybrid_no_shafts", "hybrid_shaft_rays"]),
 ];

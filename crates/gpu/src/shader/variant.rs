@@ -172,6 +172,7 @@ impl Linkage {
             .bind("first_hits", "first_hits_recorded")
             .bind("shafts", "hybrid_no_shafts")
             .bind("ray_sum", "group_rays")
+            .bind("handing", "wavefront_handing")
             .generate("variant", variant.constants())
             .generate(
                 "albedo_constants",

@@ -1,7 +1,7 @@
 // The first vertices of a wave.
 
-#import film, hybrid_frame, hybrid_pixels, path_vertex, realtime_first, realtime_found
-#import realtime_frame, realtime_wave, surface, wavefront_handing
+#import film, handing, hybrid_frame, hybrid_pixels, path_vertex, realtime_first, realtime_found
+#import realtime_frame, realtime_wave, surface
 #import optics::constants, optics::light_tree, optics::path, optics::signal
 
 /// Begins the record of a sample that a path has left to its `shadow` ray and, if it is `alive`, to what it gathers.

@@ -1,6 +1,6 @@
 // The wavefront's stages that trace nothing.
 
-#import film, path_vertex, surface, wavefront, wavefront_handing
+#import film, handing, path_vertex, surface, wavefront
 #import optics::camera, optics::constants
 
 /// Starts the paths of the wave at the camera.
