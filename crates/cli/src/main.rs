@@ -124,6 +124,7 @@ mod tests {
             TypeId::of::<PathBuf>(),
             TypeId::of::<OsString>(),
             TypeId::of::<(String, String)>(),
+            TypeId::of::<alhazen::TevAddress>(),
         ];
         let twelve =
             |at: usize| (0..12).map(|i| if i == at { "X" } else { "1" }).collect::<Vec<_>>().join(",");

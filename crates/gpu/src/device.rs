@@ -6,6 +6,7 @@
 use crate::GpuError;
 use crate::faults::{FaultKind, InjectedFault, Reports};
 use crate::matrix_units::{MATRIX_FEATURES, MatrixUnits};
+use crate::pipeline_store::PipelineStore;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
@@ -27,6 +28,7 @@ const WANTED: Features = Features::EXPERIMENTAL_RAY_QUERY
     .union(Features::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING)
     .union(Features::PARTIALLY_BOUND_BINDING_ARRAY)
     .union(Features::SHADER_INT64)
+    .union(Features::PIPELINE_CACHE)
     .union(MATRIX_FEATURES);
 
 /// Storage buffers that one shader needs: scene, tracer and film together.
@@ -139,6 +141,8 @@ pub struct Gpu {
     /// Compute pipelines by their entry point and text: a scene that is loaded again, or another one of the same kind, waits for no
     /// compiler.
     pub(crate) pipelines: Mutex<HashMap<String, wgpu::ComputePipeline>>,
+    /// Those of earlier runs.
+    pub(crate) store: Option<PipelineStore>,
     reports: Reports,
     fault: Option<InjectedFault>,
 }
@@ -235,11 +239,23 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| {
             sink.lock().lost.get_or_insert_with(|| format!("{reason:?}: {message}"));
         });
+        let store = PipelineStore::open(&device, features, &info);
         let (pipelines, fault) = (Mutex::default(), options.fault.clone());
         let matrix_units = MatrixUnits::of(adapter, features);
         let sums = if info.device_type == DeviceType::Cpu { SUMS_BY_INVOCATION } else { SUMS_BY_GROUP };
-        let gpu =
-            Self { device, queue, info, features, limits, matrix_units, sums, pipelines, reports, fault };
+        let gpu = Self {
+            device,
+            queue,
+            info,
+            features,
+            limits,
+            matrix_units,
+            sums,
+            pipelines,
+            store,
+            reports,
+            fault,
+        };
         Ok((gpu, adapter))
     }
 

@@ -27,6 +27,7 @@ pub mod megakernel;
 mod pass;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
 pub mod pipeline;
+mod pipeline_store;
 mod plan;
 mod portions;
 pub mod rays;

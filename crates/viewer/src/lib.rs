@@ -35,7 +35,6 @@ pub mod watch;
 mod window;
 pub mod worker;
 
-pub use alhazen::navigation;
 pub use window::{Options, PlainWindow, SurfaceError, ViewerError, run};
 
 /// Whether there is a display that a window could be opened on.

@@ -4,9 +4,9 @@ mod zoom;
 
 pub use zoom::{Zoom, left_of, pixel_at, pixels_in};
 
-use crate::navigation;
 use crate::panels::DraggedMaterial;
 use crate::viewer::{Action, Viewer};
+use alhazen::navigation;
 use egui::{Color32, Key, PointerButton, Rect, Response, Sense, Ui, Vec2};
 
 /// Shows the picture and follows mouse and keys.

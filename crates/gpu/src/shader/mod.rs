@@ -16,6 +16,7 @@ pub mod variant;
 pub use modules::{Linkage, ModuleError};
 pub use variant::Variant;
 
+use crate::pipeline_store::PipelineStore;
 use crate::{Gpu, GpuError};
 use std::sync::{Mutex, PoisonError};
 
@@ -112,7 +113,7 @@ impl ShaderText<'_> {
                         zero_initialize_workgroup_memory: false,
                         ..Default::default()
                     },
-                    cache: None,
+                    cache: gpu.store.as_ref().map(PipelineStore::cache),
                 })
             })
             .map_err(|reason| GpuError::Shader { shader: name.clone(), reason })?;

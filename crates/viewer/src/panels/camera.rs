@@ -2,8 +2,8 @@
 
 use super::lights::degrees;
 use super::widgets::{check, choice, number, section, vector};
-use crate::navigation;
 use crate::viewer::{Command, Viewer};
+use alhazen::navigation;
 use alhazen::{Camera, CameraPath, Projection, ProjectionParameter, Quantity};
 use egui::Ui;
 

@@ -7,9 +7,9 @@ mod rounds;
 
 pub use parse::{STEPS, ScriptError, Step, parse, steps_help};
 
-use crate::navigation;
 use crate::viewer::{RectangleUse, Viewer};
 use alhazen::edits::MaterialRecord;
+use alhazen::navigation;
 use alhazen::{Denoiser, RendererOptions, Source};
 use latency::Latency;
 use rounds::Rounds;

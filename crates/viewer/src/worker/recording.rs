@@ -76,7 +76,7 @@ impl Recording {
     /// Cameras of a whole turn about the target, `count` of them.
     pub fn turntable(camera: &Camera, count: usize) -> Vec<Camera> {
         let mut turning = camera.clone();
-        turning.path = Some(crate::navigation::orbit_path(camera, 0.0, 1.0));
+        turning.path = Some(alhazen::navigation::orbit_path(camera, 0.0, 1.0));
         Self::along(&turning, count, 1.0)
     }
 

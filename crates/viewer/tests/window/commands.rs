@@ -180,7 +180,7 @@ fn files_are_rendered_one_after_the_other_whatever_the_window_does() {
     assert_eq!(harness.state().recording.as_ref().map(|r| r.waiting), Some(1));
     // The window asks for other pictures all the time.
     for _ in 0..10 {
-        harness.state_mut().steer(|camera| viewer::navigation::dolly(camera, 0.1));
+        harness.state_mut().steer(|camera| alhazen::navigation::dolly(camera, 0.1));
         harness.run_steps(1);
     }
     until(&mut harness, "both files", |v| v.finished == 2);
