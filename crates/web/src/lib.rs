@@ -3,7 +3,7 @@
 //! [`Session`] is a scene, a camera and a picture in progress, without a browser: tests run it as any other code. In
 //! browsers, `bindings` hands it to JavaScript. The page itself is in `page/` (docs/web.md).
 //!
-//! The CPU back end renders, as everywhere: the same picture as `alhazen render --backend cpu` makes, bit for bit.
+//! The CPU back end renders, as everywhere: the samples of `alhazen render --backend cpu`, but for the rounding of rays.
 
 #![forbid(unsafe_code)]
 

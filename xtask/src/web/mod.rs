@@ -17,8 +17,7 @@ pub struct WebArgs {
     /// Serve the page on this machine alone, at http://127.0.0.1:PORT.
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "8080")]
     serve: Option<u16>,
-    /// Open the page in a headless Chromium: all built-in scenes and a dropped file have to look as on the CPU, bit for bit, and
-    /// the page has to work by mouse, by keyboard and on a phone's screen.
+    /// Open the page in a headless Chromium: all built-in scenes and a dropped file have to look as on the CPU, and the page has to work by mouse, by keyboard and on a phone's screen.
     #[arg(long)]
     test: bool,
     /// Take the documentation's picture of the page, to a .png.
